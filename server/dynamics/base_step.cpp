@@ -1,0 +1,20 @@
+#include "base_step.h"
+
+// Compiled once per instruction set, chosen when the program loads. None uses fused multiply-adds, so all give the same
+// bits.
+#define LAYFIGURE_KERNEL __attribute__((flatten, target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+
+namespace layfigure::dynamics {
+
+LAYFIGURE_KERNEL
+SolveReport base_step(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes) {
+  return base_step_of(context, plan, nodes);
+}
+
+LAYFIGURE_KERNEL
+SolveReport base_step(const StepContext& context, const Plan<math::Lanes4>& plan,
+                      std::vector<Node<math::Lanes4>>& nodes) {
+  return base_step_of(context, plan, nodes);
+}
+
+}  // namespace layfigure::dynamics

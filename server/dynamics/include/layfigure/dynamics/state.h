@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "layfigure/dynamics/model.h"
+
+namespace layfigure::dynamics {
+
+/// The state of one joint and of the body behind it.
+struct BodyState {
+  Eigen::Quaterniond rotation;       ///< R_PB; a root: R_WB
+  Eigen::Quaterniond rest_rotation;  ///< R_PB at which the joint is unstrained; flow moves it
+  Eigen::Vector3d position;          ///< a root's origin in the world [m]; other bodies: the anchor, constant
+  Eigen::Vector3d linear_momentum;   ///< of the body, world [kg m/s]
+  Eigen::Vector3d angular_momentum;  ///< of the body about its com, world [kg m^2/s]
+  Eigen::Vector3d torque;            ///< t of the last step, in B [N m]: what the joint's strain exerts
+  Eigen::Vector3d trial_torque;      ///< s of the last step, in B [N m]: t as if nothing flowed (warm start)
+  bool yielding;                     ///< the joint flowed in the last step
+};
+
+/// Everything that changes: copy it to save it, assign it to restore it; what follows is then the same, bit for bit.
+struct State {
+  double time{0.0};  ///< [s]
+  std::vector<BodyState> bodies;
+};
+
+/// The definition's pose, at rest.
+[[nodiscard]] State initial_state(const Model& model);
+
+/// A rigid transform X_WB with the velocity of the body's frame.
+struct BodyPose {
+  Eigen::Quaterniond rotation;  ///< R_WB
+  Eigen::Vector3d origin;       ///< p_WBo [m]
+  Eigen::Vector3d com;          ///< p_WBcm [m]
+};
+
+/// World poses of all bodies. O(n). `poses` is resized to model.size(); no allocation when it already has that size.
+void world_poses(const Model& model, const State& state, std::vector<BodyPose>& poses);
+
+/// Mechanical energy [J].
+struct Energy {
+  double kinetic;
+  double gravitational;  ///< 0 at the world's origin
+  double elastic;        ///< stored in the joints, sum of K_f |q|^2 / 2
+  [[nodiscard]] double total() const { return kinetic + gravitational + elastic; }
+};
+[[nodiscard]] Energy energy(const Model& model, const State& state);
+
+}  // namespace layfigure::dynamics

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <memory>
+#include <span>
+
+#include "layfigure/dynamics/model.h"
+#include "layfigure/dynamics/state.h"
+
+namespace layfigure::dynamics {
+
+/// A force and a torque on a body, in the world, the force acting at the com.
+struct BodyForce {
+  Eigen::Vector3d force{Eigen::Vector3d::Zero()};   ///< [N]
+  Eigen::Vector3d torque{Eigen::Vector3d::Zero()};  ///< [N m]
+};
+
+/// Forces on the bodies as a function of time. A step takes them at the end of each of its sub-steps.
+class Loads {
+ public:
+  virtual ~Loads() = default;
+  /// Adds to `forces` (one entry per body) what acts at `time` [s]. Must not allocate.
+  virtual void add(double time, std::span<BodyForce> forces) const = 0;
+};
+
+/// A virtual coupling: a spring and damper between a point of a body and a moving target, solved implicitly with the
+/// step, so it is stable at any stiffness. It pins, grabs and drives. A compliant row of Tazaki & Hasegawa's form
+/// without bounds is exactly an addition to the held body's inertia and momentum, so it costs no constraint solve.
+struct Coupling {
+  int body{0};
+  Eigen::Vector3d point{Eigen::Vector3d::Zero()};                      ///< held point, in the body's frame [m]
+  Eigen::Quaterniond orientation{Eigen::Quaterniond::Identity()};      ///< R_BA of the held frame A in the body's
+  double stiffness{0.0};                                               ///< [N/m], >= 0
+  double damping{0.0};                                                 ///< [N s/m], >= 0
+  double angular_stiffness{0.0};                                       ///< [N m/rad], >= 0; 0: a 3-DOF coupling
+  double angular_damping{0.0};                                         ///< [N m s/rad], >= 0
+  Eigen::Vector3d target_position{Eigen::Vector3d::Zero()};            ///< world [m], at the beginning of the step
+  Eigen::Quaterniond target_rotation{Eigen::Quaterniond::Identity()};  ///< R_WA wanted, at the beginning of the step
+  Eigen::Vector3d target_velocity{Eigen::Vector3d::Zero()};            ///< world [m/s], constant through the step
+  Eigen::Vector3d target_angular_velocity{Eigen::Vector3d::Zero()};    ///< world [rad/s], constant through the step
+};
+
+/// What acts on the doll in a step beside gravity and its joints.
+struct Inputs {
+  const Loads* loads{nullptr};
+  std::span<const Coupling> couplings{};
+};
+
+struct StepOptions {
+  double step{1e-3};  ///< h [s], > 0
+  int order{1};       ///< 1 to 4: convergence order; costs 1, 3, 6, 10 base steps
+};
+
+enum class StepStatus {
+  kOk,
+  kNotFinite,  ///< the state would not be finite; it was left as it was
+};
+
+struct StepReport {
+  StepStatus status{StepStatus::kOk};
+  int solves{0};         ///< O(n) solves, those of runs that go side by side counted once
+  int yielding{0};       ///< joints that flowed in the last sub-step
+  bool converged{true};  ///< every Newton iteration met its tolerance
+};
+
+/// Scratch memory of a step for one model, allocated once. One per thread.
+class Workspace {
+ public:
+  explicit Workspace(const Model& model);
+  ~Workspace();
+  Workspace(Workspace&&) noexcept;
+  Workspace& operator=(Workspace&&) noexcept;
+
+  /// What coupling `index` of the last step's inputs exerted on its body at the held point, world, at the step's end.
+  [[nodiscard]] const BodyForce& coupling_force(int index) const;
+
+  struct Data;
+  [[nodiscard]] Data& data() { return *data_; }
+
+ private:
+  std::unique_ptr<Data> data_;
+};
+
+/// Advances `state` by options.step.
+///
+/// Order 1 is the base step, an implicit Euler step by momentum projection: with the configuration q[n] and the bodies'
+/// momenta P[n], find the joint velocities w with
+///     J^T (M J w - P[n] - h F) + h t(w) = 0,     q[n+1] = q[n] exp(h w),     P[n+1] = M J w
+/// where t(w) is the joint law (joint_law.h), implicit. It is the minimum of a convex function, found by Newton's
+/// method on the law's regimes with an O(n) articulated-body recursion for each linear solve. No velocity-product terms
+/// appear. Orders 2 to 4 extrapolate it (Aitken-Neville) over 1, 2, .. order sub-steps: momenta linearly, rotations by
+/// the log map about the finest run.
+///
+/// O(n) per solve; no heap allocation once `workspace` has seen as many couplings. Throws nothing. On a status other
+/// than kOk the state is unchanged. Not thread-safe for one workspace or state.
+[[nodiscard]] StepReport step(const Model& model, State& state, Workspace& workspace, const Inputs& inputs,
+                              const StepOptions& options);
+
+}  // namespace layfigure::dynamics

@@ -1,0 +1,115 @@
+#pragma once
+
+#include "run.h"
+
+/// Moving values between slots, whose lanes are different bodies, and between slots and the bodies' states.
+namespace layfigure::dynamics {
+
+template <class T>
+constexpr int kLanes = math::LaneTraits<T>::kCount;
+
+/// A value made of scalars T as an array of doubles: number j of lane k is at [j lanes + k].
+template <class T, class Value>
+inline double* numbers(Value& value) {
+  static_assert(sizeof(Value) % sizeof(T) == 0);
+  return reinterpret_cast<double*>(&value);
+}
+template <class T, class Value>
+inline const double* numbers(const Value& value) {
+  return reinterpret_cast<const double*>(&value);
+}
+
+/// The member of each lane's parent; the world's where it has none.
+template <class T, class Value>
+inline Value of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Value Node<T>::*member) {
+  const Schedule& schedule = plan.schedule;
+  if (schedule.aligned(slot)) return nodes[schedule.parent_slot(slot)].*member;
+  Value value;
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = schedule.tasks(slot)[k];
+    const double* from = numbers<T>(nodes[task.parent_slot].*member) + task.parent_lane;
+    double* to = numbers<T>(value) + k;
+    for (std::size_t j = 0; j < sizeof(Value) / sizeof(T); ++j) to[j * kLanes<T>] = from[j * kLanes<T>];
+  }
+  return value;
+}
+
+/// Adds one lane's share of a child's articulated inertia to its parent's.
+template <class T>
+inline void add_lane(const Articulated<T>& child, int child_lane, Articulated<T>& parent, int parent_lane) {
+  const double* from = numbers<T>(child) + child_lane;
+  double* to = numbers<T>(parent) + parent_lane;
+  for (std::size_t j = 0; j < sizeof(Articulated<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j * kLanes<T>];
+}
+
+template <class T>
+inline void add_lane(const Articulated<double>& child, Articulated<T>& parent, int parent_lane) {
+  const double* from = numbers<double>(child);
+  double* to = numbers<T>(parent) + parent_lane;
+  for (std::size_t j = 0; j < sizeof(Articulated<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j];
+}
+
+template <class T>
+inline void add_to_parents(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot, const Articulated<T>& child) {
+  const Schedule& schedule = plan.schedule;
+  const int world = schedule.size();
+  if (schedule.aligned(slot)) {
+    if (schedule.parent_slot(slot) != world) nodes[schedule.parent_slot(slot)].articulated += child;
+    return;
+  }
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = schedule.tasks(slot)[k];
+    if (task.parent_slot != world) add_lane(child, k, nodes[task.parent_slot].articulated, task.parent_lane);
+  }
+}
+
+/// The state of the body in each lane before the step; an idle lane reads some body's.
+template <class T>
+struct Bodies {
+  Quat<T> rotation;
+  Quat<T> rest;
+  Vec3<T> linear_momentum;
+  Vec3<T> angular_momentum;
+  Vec3<T> trial_torque;
+};
+
+inline const BodyState& state_of(const StepContext& context, const Task& task) {
+  return task.copy < 0 ? context.copies[0].from[0] : context.copies[task.copy].from[task.body];
+}
+
+template <class T>
+inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
+  Bodies<T> bodies;
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const BodyState& state = state_of(context, plan.schedule.tasks(slot)[k]);
+    math::set_lane(bodies.rotation, k, state.rotation);
+    math::set_lane(bodies.rest, k, state.rest_rotation);
+    math::set_lane(bodies.linear_momentum, k, state.linear_momentum);
+    math::set_lane(bodies.angular_momentum, k, state.angular_momentum);
+    math::set_lane(bodies.trial_torque, k, state.trial_torque);
+  }
+  return bodies;
+}
+
+template <class T>
+inline void write_bodies(const StepContext& context, const Plan<T>& plan, int slot, const Node<T>& node,
+                         const Bodies<T>& bodies, const Vec3<T>& torque) {
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.copy < 0) continue;
+    const Copy& copy = context.copies[task.copy];
+    BodyState& state = copy.to[task.body];
+    const Eigen::Vector3d& position = copy.from[task.body].position;
+    const bool root = task.parent_slot == plan.schedule.size();
+    state.position = root ? (position + copy.h * lane(node.v_WB, k)).eval() : position;
+    state.rotation = lane(bodies.rotation, k);
+    state.rest_rotation = lane(bodies.rest, k);
+    state.linear_momentum = lane(bodies.linear_momentum, k);
+    state.angular_momentum = lane(bodies.angular_momentum, k);
+    state.torque = lane(torque, k);
+    state.trial_torque = lane(bodies.trial_torque, k);
+    state.yielding = math::lane(node.tangential, k) < 1.0;
+  }
+}
+
+}  // namespace layfigure::dynamics

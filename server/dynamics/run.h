@@ -1,0 +1,122 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "layfigure/dynamics/model.h"
+#include "layfigure/dynamics/state.h"
+#include "layfigure/dynamics/step.h"
+#include "layfigure/math/spatial.h"
+#include "schedule.h"
+
+namespace layfigure::dynamics {
+
+using math::Mat3;
+using math::Quat;
+using math::Sym3;
+using math::Vec3;
+
+/// What the solver needs of the bodies' definitions, in one cache-friendly record per slot.
+template <class T>
+struct Constants {
+  T mass;
+  Vec3<T> anchor;
+  Vec3<T> com;
+  // I = inertia 1 + u u^T + v v^T about the com, in the body's axes: always symmetric and positive semidefinite.
+  T inertia;
+  Vec3<T> u;
+  Vec3<T> v;
+  T stiffness;
+  T damping;
+  T flow_damping;
+  T yield;
+  T free;      ///< 1 for a root that no joint holds
+  T fixed;     ///< 1 for a root that is welded to the world
+  bool roots;  ///< some lane is free or fixed
+  bool flows;  ///< some lane has a joint with a finite yield torque
+};
+
+/// Articulated inertia [[A, H], [H^T, M]] and momentum target (b_angular, b_linear) of a body, or what a child adds to
+/// it.
+template <class T>
+struct Articulated {
+  Sym3<T> A;
+  Mat3<T> H;
+  Sym3<T> M;
+  Vec3<T> b_angular;
+  Vec3<T> b_linear;
+};
+
+/// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said.
+template <class T>
+struct Node {
+  T h;  ///< length of the step
+  // kinematics
+  Quat<T> orientation;
+  Mat3<T> R;
+  Vec3<T> r;  ///< from the parent's origin
+  Vec3<T> c;  ///< from the origin to the com
+  Vec3<T> u;
+  Vec3<T> v;
+  // momenta that the bodies would have if nothing held them, about the com
+  Vec3<T> target_linear;
+  Vec3<T> target_angular;
+  Articulated<T> articulated;
+  // factor: angular velocity = y + P W - B V from the parent's velocity W, V carried to this joint
+  Mat3<T> P;
+  Mat3<T> B;
+  Vec3<T> y;
+  // joint law, child's axes
+  T gain;          ///< a = K_f h + D_f
+  Vec3<T> strain;  ///< q_f
+  Vec3<T> trial;   ///< s at which the law is linearised
+  T radial;        ///< dt/ds along the trial torque ...
+  T tangential;    ///< ... and across it
+  // velocities: of the body, world, and relative to the parent, child's axes
+  Vec3<T> w_WB;
+  Vec3<T> v_WB;
+  Vec3<T> w_PB;
+  // last accepted Newton iterate, child's axes: relative velocity and affine part of the gradient
+  Vec3<T> iterate;
+  Vec3<T> affine;
+  bool isotropic;  ///< radial == tangential in every lane
+};
+
+/// One copy of the doll in a step: a run of its own with its own step length.
+struct Copy {
+  const BodyState* from{nullptr};          ///< the bodies before the sub-step ...
+  BodyState* to{nullptr};                  ///< ... and after it; may be the same
+  std::vector<BodyForce> loads;            ///< of the sub-step, one per body
+  std::vector<BodyForce> coupling_forces;  ///< of the sub-step, one per coupling
+  double h{0.0};                           ///< length of its sub-steps [s]
+  double offset{0.0};                      ///< of the sub-step from the step's beginning [s]
+};
+
+/// A schedule with the definitions in its layout.
+template <class T>
+struct Plan {
+  Schedule schedule;
+  std::vector<Constants<T>> constants;
+};
+
+/// What every lane of a base step shares.
+struct StepContext {
+  FlowLaw law;
+  Vec3<double> gravity;
+  double time;  ///< at the beginning of the whole step [s]
+  const Inputs* inputs;
+  std::span<Copy> copies;  ///< those that step, as many as the schedule's
+};
+
+struct SolveReport {
+  int solves{0};
+  bool finite{true};
+  bool converged{true};
+};
+
+/// One base step of every copy. `nodes` has one entry per slot and one for the world.
+SolveReport base_step(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes);
+SolveReport base_step(const StepContext& context, const Plan<math::Lanes4>& plan,
+                      std::vector<Node<math::Lanes4>>& nodes);
+
+}  // namespace layfigure::dynamics

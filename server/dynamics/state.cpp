@@ -1,0 +1,76 @@
+#include "layfigure/dynamics/state.h"
+
+#include <Eigen/Eigenvalues>
+
+#include "layfigure/math/rotation.h"
+
+namespace layfigure::dynamics {
+namespace {
+
+double rotational_energy(const BodyDefinition& body, const Eigen::Vector3d& momentum_B) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(body.inertia);
+  double energy = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double along = axes.eigenvectors().col(k).dot(momentum_B);
+    // No momentum is possible about an axis without inertia.
+    if (axes.eigenvalues()[k] > 0.0) energy += 0.5 * along * along / axes.eigenvalues()[k];
+  }
+  return energy;
+}
+
+}  // namespace
+
+State initial_state(const Model& model) {
+  State state;
+  state.bodies.reserve(model.size());
+  for (int i = 0; i < model.size(); ++i) {
+    const BodyDefinition& body = model.body(i);
+    state.bodies.push_back({.rotation = body.rotation,
+                            .rest_rotation = body.rest_rotation,
+                            .position = body.anchor,
+                            .linear_momentum = Eigen::Vector3d::Zero(),
+                            .angular_momentum = Eigen::Vector3d::Zero(),
+                            .torque = Eigen::Vector3d::Zero(),
+                            .trial_torque = Eigen::Vector3d::Zero(),
+                            .yielding = false});
+  }
+  return state;
+}
+
+void world_poses(const Model& model, const State& state, std::vector<BodyPose>& poses) {
+  poses.resize(model.size());
+  for (int i = 0; i < model.size(); ++i) {
+    const BodyDefinition& body = model.body(i);
+    const BodyState& now = state.bodies[i];
+    BodyPose& pose = poses[i];
+    if (body.parent < 0) {
+      pose.rotation = now.rotation;
+      pose.origin = now.position;
+    } else {
+      const BodyPose& parent = poses[body.parent];
+      pose.rotation = (parent.rotation * now.rotation).normalized();
+      pose.origin = parent.origin + parent.rotation * body.anchor;
+    }
+    pose.com = pose.origin + pose.rotation * body.com;
+  }
+}
+
+Energy energy(const Model& model, const State& state) {
+  std::vector<BodyPose> poses;
+  world_poses(model, state, poses);
+  Energy sum{0.0, 0.0, 0.0};
+  for (int i = 0; i < model.size(); ++i) {
+    const BodyDefinition& body = model.body(i);
+    const BodyState& now = state.bodies[i];
+    const Eigen::Vector3d strain = math::log_rotation(now.rest_rotation.conjugate() * now.rotation);
+    sum.kinetic += 0.5 * now.linear_momentum.squaredNorm() / body.mass;
+    sum.kinetic += rotational_energy(body, poses[i].rotation.conjugate() * now.angular_momentum);
+    sum.gravitational -= body.mass * model.gravity().dot(poses[i].com);
+    if (body.parent >= 0 || model.root() == RootKind::kBall) {
+      sum.elastic += 0.5 * body.joint.stiffness * strain.squaredNorm();
+    }
+  }
+  return sum;
+}
+
+}  // namespace layfigure::dynamics

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cmath>
+
+/// Scalars that may be a double or a pack of doubles, one per SIMD lane, so that one kernel serves a single run and
+/// several runs side by side.
+namespace layfigure::math {
+
+/// Four truth values.
+struct alignas(32) Mask4 {
+  using Vector = long long __attribute__((vector_size(32)));
+  Vector v;
+};
+
+/// Four doubles. The compiler's own vector type inside a struct: that alone has no alignment of its own where the
+/// instruction set lacks 32-byte registers.
+struct alignas(32) Lanes4 {
+  using Vector = double __attribute__((vector_size(32)));
+
+  Lanes4() = default;
+  Lanes4(double scalar) : v(Vector{} + scalar) {}  // NOLINT: a scalar stands for itself in every lane
+  explicit Lanes4(const Vector& vector) : v(vector) {}
+
+  Vector v;
+};
+
+inline Lanes4 operator+(const Lanes4& a, const Lanes4& b) { return Lanes4(a.v + b.v); }
+inline Lanes4 operator-(const Lanes4& a, const Lanes4& b) { return Lanes4(a.v - b.v); }
+inline Lanes4 operator*(const Lanes4& a, const Lanes4& b) { return Lanes4(a.v * b.v); }
+inline Lanes4 operator/(const Lanes4& a, const Lanes4& b) { return Lanes4(a.v / b.v); }
+inline Lanes4 operator-(const Lanes4& a) { return Lanes4(-a.v); }
+inline Mask4 operator<(const Lanes4& a, const Lanes4& b) { return {a.v < b.v}; }
+inline Mask4 operator<=(const Lanes4& a, const Lanes4& b) { return {a.v <= b.v}; }
+inline Mask4 operator>(const Lanes4& a, const Lanes4& b) { return {a.v > b.v}; }
+inline Mask4 operator>=(const Lanes4& a, const Lanes4& b) { return {a.v >= b.v}; }
+inline Mask4 operator==(const Lanes4& a, const Lanes4& b) { return {a.v == b.v}; }
+inline Mask4 operator&&(const Mask4& a, const Mask4& b) { return {a.v & b.v}; }
+inline Mask4 operator||(const Mask4& a, const Mask4& b) { return {a.v | b.v}; }
+inline Mask4 operator!(const Mask4& a) { return {~a.v}; }
+
+template <class T>
+struct LaneTraits;
+template <>
+struct LaneTraits<double> {
+  static constexpr int kCount = 1;
+};
+template <>
+struct LaneTraits<Lanes4> {
+  static constexpr int kCount = 4;
+};
+
+inline double lane(double value, int) { return value; }
+inline double lane(const Lanes4& value, int index) { return value.v[index]; }
+inline void set_lane(double& value, int, double scalar) { value = scalar; }
+inline void set_lane(Lanes4& value, int index, double scalar) { value.v[index] = scalar; }
+
+inline bool any(bool mask) { return mask; }
+inline bool all(bool mask) { return mask; }
+inline bool any(const Mask4& mask) { return (mask.v[0] | mask.v[1] | mask.v[2] | mask.v[3]) != 0; }
+inline bool all(const Mask4& mask) { return (mask.v[0] & mask.v[1] & mask.v[2] & mask.v[3]) != 0; }
+
+inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
+inline Lanes4 select(const Mask4& mask, const Lanes4& yes, const Lanes4& no) { return Lanes4(mask.v ? yes.v : no.v); }
+
+inline double square_root(double x) { return std::sqrt(x); }
+inline Lanes4 square_root(const Lanes4& x) {
+  return Lanes4(
+      Lanes4::Vector{__builtin_sqrt(x.v[0]), __builtin_sqrt(x.v[1]), __builtin_sqrt(x.v[2]), __builtin_sqrt(x.v[3])});
+}
+
+}  // namespace layfigure::math

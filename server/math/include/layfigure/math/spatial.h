@@ -1,0 +1,264 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "layfigure/math/half_angle.h"
+#include "layfigure/math/lanes.h"
+
+/// Fixed-size vectors, matrices and quaternions for the solver's inner loops, generic in the scalar (double or lanes).
+/// Symmetric matrices keep six numbers, so they cannot lose their symmetry to rounding.
+namespace layfigure::math {
+
+template <class T>
+struct Vec3 {
+  T x, y, z;
+};
+
+template <class T, class S>
+inline Vec3<T> scaled(const Vec3<T>& a, const S& s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+template <class T>
+inline Vec3<T> operator+(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T>
+inline Vec3<T> operator-(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class T>
+inline Vec3<T>& operator+=(Vec3<T>& a, const Vec3<T>& b) {
+  return a = a + b;
+}
+template <class T>
+inline T dot(const Vec3<T>& a, const Vec3<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+inline Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T, class Mask>
+inline Vec3<T> select(const Mask& mask, const Vec3<T>& yes, const Vec3<T>& no) {
+  return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
+}
+
+/// Rows m[row][column].
+template <class T>
+struct Mat3 {
+  T xx, xy, xz, yx, yy, yz, zx, zy, zz;
+};
+
+template <class T>
+inline Mat3<T> scaled(const Mat3<T>& m, const T& s) {
+  return {m.xx * s, m.xy * s, m.xz * s, m.yx * s, m.yy * s, m.yz * s, m.zx * s, m.zy * s, m.zz * s};
+}
+template <class T>
+inline Mat3<T>& operator+=(Mat3<T>& a, const Mat3<T>& b) {
+  return a = {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yx + b.yx, a.yy + b.yy,
+              a.yz + b.yz, a.zx + b.zx, a.zy + b.zy, a.zz + b.zz};
+}
+template <class T>
+inline Vec3<T> operator*(const Mat3<T>& m, const Vec3<T>& v) {
+  return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.yx * v.x + m.yy * v.y + m.yz * v.z,
+          m.zx * v.x + m.zy * v.y + m.zz * v.z};
+}
+/// transpose(m) v
+template <class T>
+inline Vec3<T> transposed_times(const Mat3<T>& m, const Vec3<T>& v) {
+  return {m.xx * v.x + m.yx * v.y + m.zx * v.z, m.xy * v.x + m.yy * v.y + m.zy * v.z,
+          m.xz * v.x + m.yz * v.y + m.zz * v.z};
+}
+
+template <class T>
+struct Sym3 {
+  T xx, xy, xz, yy, yz, zz;
+};
+
+template <class T>
+inline Sym3<T>& operator+=(Sym3<T>& a, const Sym3<T>& b) {
+  return a = {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+}
+template <class T>
+inline Sym3<T> operator-(const Sym3<T>& a, const Sym3<T>& b) {
+  return {a.xx - b.xx, a.xy - b.xy, a.xz - b.xz, a.yy - b.yy, a.yz - b.yz, a.zz - b.zz};
+}
+template <class T>
+inline Mat3<T> full(const Sym3<T>& m) {
+  return {m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz};
+}
+template <class T>
+inline Vec3<T> operator*(const Sym3<T>& m, const Vec3<T>& v) {
+  return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+          m.xz * v.x + m.yz * v.y + m.zz * v.z};
+}
+template <class T>
+inline Mat3<T> operator*(const Sym3<T>& a, const Mat3<T>& b) {
+  return {a.xx * b.xx + a.xy * b.yx + a.xz * b.zx, a.xx * b.xy + a.xy * b.yy + a.xz * b.zy,
+          a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xx + a.yy * b.yx + a.yz * b.zx,
+          a.xy * b.xy + a.yy * b.yy + a.yz * b.zy, a.xy * b.xz + a.yy * b.yz + a.yz * b.zz,
+          a.xz * b.xx + a.yz * b.yx + a.zz * b.zx, a.xz * b.xy + a.yz * b.yy + a.zz * b.zy,
+          a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
+}
+template <class T>
+inline Mat3<T> operator*(const Sym3<T>& a, const Sym3<T>& b) {
+  return a * full(b);
+}
+/// The product of a symmetric and a general matrix, where the product is known to be symmetric.
+template <class T>
+inline Sym3<T> symmetric_product(const Sym3<T>& a, const Mat3<T>& b) {
+  return {a.xx * b.xx + a.xy * b.yx + a.xz * b.zx, a.xx * b.xy + a.xy * b.yy + a.xz * b.zy,
+          a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xy + a.yy * b.yy + a.yz * b.zy,
+          a.xy * b.xz + a.yy * b.yz + a.yz * b.zz, a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
+}
+/// transpose(a) b, where it is known to be symmetric.
+template <class T>
+inline Sym3<T> symmetric_transposed_product(const Mat3<T>& a, const Mat3<T>& b) {
+  return {a.xx * b.xx + a.yx * b.yx + a.zx * b.zx, a.xx * b.xy + a.yx * b.yy + a.zx * b.zy,
+          a.xx * b.xz + a.yx * b.yz + a.zx * b.zz, a.xy * b.xy + a.yy * b.yy + a.zy * b.zy,
+          a.xy * b.xz + a.yy * b.yz + a.zy * b.zz, a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
+}
+/// alpha 1 + beta n n^T
+template <class T>
+inline Sym3<T> isotropic_plus_dyad(const T& alpha, const T& beta, const Vec3<T>& n) {
+  const Vec3<T> bn = scaled(n, beta);
+  return {alpha + bn.x * n.x, bn.x * n.y, bn.x * n.z, alpha + bn.y * n.y, bn.y * n.z, alpha + bn.z * n.z};
+}
+/// [r]^T [r] mass = mass (r^2 1 - r r^T): the inertia of a point mass at r.
+template <class T, class S>
+inline Sym3<T> point_inertia(const S& mass, const Vec3<T>& r) {
+  const T mx = r.x * mass, my = r.y * mass, mz = r.z * mass;
+  return {my * r.y + mz * r.z, -(mx * r.y), -(mx * r.z), mx * r.x + mz * r.z, -(my * r.z), mx * r.x + my * r.y};
+}
+/// Inverse of a symmetric positive definite matrix by its adjugate.
+template <class T>
+inline Sym3<T> inverse(const Sym3<T>& a) {
+  const T cxx = a.yy * a.zz - a.yz * a.yz;
+  const T cxy = a.xz * a.yz - a.xy * a.zz;
+  const T cxz = a.xy * a.yz - a.xz * a.yy;
+  const T d = 1.0 / (a.xx * cxx + a.xy * cxy + a.xz * cxz);
+  return {cxx * d,
+          cxy * d,
+          cxz * d,
+          (a.xx * a.zz - a.xz * a.xz) * d,
+          (a.xy * a.xz - a.xx * a.yz) * d,
+          (a.xx * a.yy - a.xy * a.xy) * d};
+}
+
+template <class T>
+struct Quat {
+  T w, x, y, z;
+};
+
+template <class T>
+inline Quat<T> conjugate(const Quat<T>& q) {
+  return {q.w, -q.x, -q.y, -q.z};
+}
+template <class T>
+inline Quat<T> operator*(const Quat<T>& a, const Quat<T>& b) {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+template <class T, class Mask>
+inline Quat<T> select(const Mask& mask, const Quat<T>& yes, const Quat<T>& no) {
+  return {select(mask, yes.w, no.w), select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
+}
+/// One Newton step towards unit length: exact to rounding for a product of unit quaternions.
+template <class T>
+inline Quat<T> renormalized(const Quat<T>& q) {
+  const T s = 1.5 - 0.5 * (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  return {q.w * s, q.x * s, q.y * s, q.z * s};
+}
+/// The vector turned by a unit quaternion, without its matrix.
+template <class T>
+inline Vec3<T> rotate(const Quat<T>& q, const Vec3<T>& v) {
+  const Vec3<T> axis{q.x, q.y, q.z};
+  const Vec3<T> t = cross(axis, v);
+  const Vec3<T> t2 = t + t;
+  return v + scaled(t2, q.w) + cross(axis, t2);
+}
+template <class T>
+inline Mat3<T> matrix(const Quat<T>& q) {
+  const T x2 = q.x + q.x, y2 = q.y + q.y, z2 = q.z + q.z;
+  const T wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
+  const T xx = q.x * x2, xy = q.x * y2, xz = q.x * z2;
+  const T yy = q.y * y2, yz = q.y * z2, zz = q.z * z2;
+  return {1.0 - (yy + zz), xy - wz, xz + wy, xy + wz, 1.0 - (xx + zz), yz - wx, xz - wy, yz + wx, 1.0 - (xx + yy)};
+}
+
+/// Rotation of |v| about v. Series up to 1 rad; the C library, lane by lane, beyond.
+template <class T>
+inline Quat<T> exp_rotation(const Vec3<T>& v) {
+  const T x = 0.25 * dot(v, v);
+  T c, s;
+  if (all(x <= kSeriesLimit)) [[likely]] {
+    c = cos_sqrt(x);
+    s = 0.5 * sinc_sqrt(x);
+  } else {
+    for (int i = 0; i < LaneTraits<T>::kCount; ++i) {
+      const double half = std::sqrt(lane(x, i));
+      set_lane(c, i, std::cos(half));
+      set_lane(s, i, half > 1e-8 ? 0.5 * std::sin(half) / half : 0.5);
+    }
+  }
+  return {c, v.x * s, v.y * s, v.z * s};
+}
+
+/// Rotation vector of a unit quaternion, length in [0, pi]. Series up to 1 rad; the C library, lane by lane, beyond.
+template <class T>
+inline Vec3<T> log_rotation(const Quat<T>& q) {
+  const T x = q.x * q.x + q.y * q.y + q.z * q.z;
+  T f;
+  if (all(x <= kSeriesLimit)) [[likely]] {
+    f = 2.0 * asinc_sqrt(x);
+  } else {
+    for (int i = 0; i < LaneTraits<T>::kCount; ++i) {
+      const double s = std::sqrt(lane(x, i));
+      set_lane(f, i, s > 1e-8 ? 2.0 * std::atan2(s, std::abs(lane(q.w, i))) / s : 2.0);
+    }
+  }
+  f = select(q.w < 0.0, -f, f);
+  return {q.x * f, q.y * f, q.z * f};
+}
+
+template <class T>
+inline Vec3<T> broadcast(const Eigen::Vector3d& v) {
+  return {T(v.x()), T(v.y()), T(v.z())};
+}
+template <class T>
+inline Quat<T> broadcast(const Eigen::Quaterniond& q) {
+  return {T(q.w()), T(q.x()), T(q.y()), T(q.z())};
+}
+template <class T>
+inline Eigen::Vector3d lane(const Vec3<T>& v, int i) {
+  return {lane(v.x, i), lane(v.y, i), lane(v.z, i)};
+}
+template <class T>
+inline Eigen::Quaterniond lane(const Quat<T>& q, int i) {
+  return {lane(q.w, i), lane(q.x, i), lane(q.y, i), lane(q.z, i)};
+}
+template <class T>
+inline Vec3<double> lane_of(const Vec3<T>& v, int i) {
+  return {lane(v.x, i), lane(v.y, i), lane(v.z, i)};
+}
+template <class T>
+inline Quat<double> lane_of(const Quat<T>& q, int i) {
+  return {lane(q.w, i), lane(q.x, i), lane(q.y, i), lane(q.z, i)};
+}
+template <class T>
+inline void set_lane(Vec3<T>& v, int i, const Eigen::Vector3d& value) {
+  set_lane(v.x, i, value.x());
+  set_lane(v.y, i, value.y());
+  set_lane(v.z, i, value.z());
+}
+template <class T>
+inline void set_lane(Quat<T>& q, int i, const Eigen::Quaterniond& value) {
+  set_lane(q.w, i, value.w());
+  set_lane(q.x, i, value.x());
+  set_lane(q.y, i, value.y());
+  set_lane(q.z, i, value.z());
+}
+
+}  // namespace layfigure::math

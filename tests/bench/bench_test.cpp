@@ -1,0 +1,74 @@
+// layfigure-bench as its users call it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "scene.h"
+
+namespace layfigure::testing {
+namespace {
+
+struct Outcome {
+  int exit_code;
+  std::string output;  ///< stdout and stderr
+};
+
+Outcome bench(const std::string& arguments) {
+  FILE* pipe = popen((std::string(LAYFIGURE_BENCH) + " " + arguments + " 2>&1").c_str(), "r");
+  Outcome outcome{-1, ""};
+  std::array<char, 4096> buffer;
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) outcome.output += buffer.data();
+  outcome.exit_code = WEXITSTATUS(pclose(pipe));
+  return outcome;
+}
+
+const std::string kDoll = std::string(LAYFIGURE_TEST_DATA) + "/scenes/doll-52.json";
+
+TEST(Bench, WorkPrecisionJson_HasTheStatedFields) {
+  const Outcome outcome = bench("work-precision --scene " + kDoll + " --order 4 --h 0.04,0.02 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const auto list = nlohmann::json::parse(outcome.output);
+  ASSERT_EQ(list.size(), 2);
+  EXPECT_EQ(list[0].at("scene"), "doll-52");
+  EXPECT_EQ(list[0].at("order"), 4);
+  EXPECT_EQ(list[0].at("h"), 0.04);
+  EXPECT_EQ(list[0].at("steps"), 25);
+  EXPECT_GT(list[0].at("cpu_s"), 0.0);
+  EXPECT_GT(list[0].at("us_per_step"), 0.0);
+  EXPECT_TRUE(list[0].at("energy").is_number());
+  EXPECT_EQ(list[0].at("finite"), true);
+  const Scene scene = load_scene(kDoll);
+  const auto expected = run_scene(scene, dynamics::Model(scene.definition), 25, 4).coms;
+  ASSERT_EQ(list[0].at("com").size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(list[0]["com"][i][k], expected[i][k]);
+  }
+}
+
+TEST(Bench, StepThatDoesNotDivideTheDuration_EndsOnTime) {
+  const Outcome outcome = bench("work-precision --scene " + kDoll + " --h 0.0333 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(nlohmann::json::parse(outcome.output)[0].at("steps"), 30);
+}
+
+TEST(Bench, MissingScene_SaysSoAndExits1) {
+  const Outcome outcome = bench("work-precision --scene nowhere.json --h 0.01");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(outcome.output, "layfigure-bench: nowhere.json: cannot be read\n");
+}
+
+TEST(Bench, BadUsage_Exits2) {
+  EXPECT_EQ(bench("").exit_code, 2);
+  EXPECT_EQ(bench("nothing").exit_code, 2);
+  EXPECT_EQ(bench("work-precision --h 0.01").exit_code, 2);
+  EXPECT_EQ(bench("work-precision --scene " + kDoll + " --order 5 --h 0.01").exit_code, 2);
+  EXPECT_EQ(bench("work-precision --scene " + kDoll + " --h 0").exit_code, 2);
+  EXPECT_EQ(bench("--help").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace layfigure::testing

@@ -1,0 +1,43 @@
+// Benchmarks of the simulation, one subject each. Timings are CPU time of the stepping thread.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "subjects.h"
+
+int main(int argc, char** argv) {
+  using namespace layfigure;
+  CLI::App app{"Benchmarks of Layfigure's simulation."};
+  app.footer(
+      "Examples:\n"
+      "  layfigure-bench work-precision --scene doll-52.json --order 4 --h 0.0333,0.01,0.004 --json\n"
+      "  layfigure-bench cost");
+  app.require_subcommand(1);
+
+  bench::WorkPrecisionOptions precision;
+  auto* work = app.add_subcommand("work-precision", "CPU time and end state of a scene, for each step length");
+  work->add_option("--scene", precision.scene, "scene file (JSON)")->required();
+  work->add_option("--order", precision.order, "convergence order")->check(CLI::Range(1, 4))->capture_default_str();
+  work->add_option("--h", precision.h, "step lengths [s], separated by commas")
+      ->delimiter(',')
+      ->required()
+      ->check(CLI::Range(1e-9, 10.0));
+  work->add_flag("--json", precision.json, "print a JSON list instead of a table");
+  work->callback([&] { bench::work_precision(precision); });
+
+  bench::CostOptions price{.scene = LAYFIGURE_TEST_DATA "/scenes/doll-52.json"};
+  auto* cost = app.add_subcommand("cost", "CPU time of a step of each order");
+  cost->add_option("--scene", price.scene, "scene file (JSON)")->capture_default_str();
+  cost->add_flag("--json", price.json, "print a JSON list instead of a table");
+  cost->callback([&] { bench::cost(price); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "layfigure-bench: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
