@@ -18,7 +18,7 @@ struct Outcome {
 };
 
 Outcome bench(const std::string& arguments) {
-  FILE* pipe = popen((std::string(LAYFIGURE_BENCH) + " " + arguments + " 2>&1").c_str(), "r");
+  FILE* pipe = popen(("\"" LAYFIGURE_BENCH "\" " + arguments + " 2>&1").c_str(), "r");
   Outcome outcome{-1, ""};
   std::array<char, 4096> buffer;
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) outcome.output += buffer.data();
@@ -26,7 +26,9 @@ Outcome bench(const std::string& arguments) {
   return outcome;
 }
 
-const std::string kDoll = std::string(LAYFIGURE_TEST_DATA) + "/scenes/doll-52.json";
+const std::string kDollFile = std::string(LAYFIGURE_TEST_DATA) + "/scenes/doll-52.json";
+// Quoted for the shell: the folder may have spaces in its name.
+const std::string kDoll = "\"" + kDollFile + "\"";
 
 TEST(Bench, WorkPrecisionJson_HasTheStatedFields) {
   const Outcome outcome = bench("work-precision --scene " + kDoll + " --order 4 --h 0.04,0.02 --json");
@@ -41,7 +43,7 @@ TEST(Bench, WorkPrecisionJson_HasTheStatedFields) {
   EXPECT_GT(list[0].at("us_per_step"), 0.0);
   EXPECT_TRUE(list[0].at("energy").is_number());
   EXPECT_EQ(list[0].at("finite"), true);
-  const Scene scene = load_scene(kDoll);
+  const Scene scene = load_scene(kDollFile);
   const auto expected = run_scene(scene, dynamics::Model(scene.definition), 25, 4).coms;
   ASSERT_EQ(list[0].at("com").size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {

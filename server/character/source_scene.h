@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+/// What a character's file says, as plain data: between the format's library (import.cpp) and the conversion.
+namespace layfigure::character {
+
+struct SourceNode {
+  std::string name;
+  int parent{-1};                                     ///< index of an earlier node; -1: the file's root
+  Eigen::Affine3d pose{Eigen::Affine3d::Identity()};  ///< node -> file, the parents' included
+  bool has_object{false};                             ///< it holds a mesh
+};
+
+/// One joint of a mesh's skin.
+struct SourceJoint {
+  struct Weight {
+    int vertex;
+    double weight;
+  };
+  int node{-1};
+  Eigen::Affine3d offset{Eigen::Affine3d::Identity()};  ///< mesh -> joint, in the bind pose
+  std::vector<Weight> weights;
+};
+
+struct SourceMesh {
+  std::string name;
+  int node{-1};
+  Eigen::Vector3d color{0.8, 0.8, 0.8};
+  std::vector<Eigen::Vector3d> vertices;   ///< in the mesh's own frame
+  std::vector<Eigen::Vector3i> triangles;  ///< indices in range
+  std::vector<SourceJoint> joints;         ///< empty: not skinned
+};
+
+struct SourceScene {
+  std::vector<SourceNode> nodes;  ///< parents before children
+  std::vector<SourceMesh> meshes;
+  Eigen::Affine3d world_from_file{Eigen::Affine3d::Identity()};  ///< axes and units
+  bool skin_replaces_node{false};  ///< glTF's rule: a skinned mesh is placed by its joints, not by its own node
+};
+
+}  // namespace layfigure::character

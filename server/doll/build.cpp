@@ -1,0 +1,162 @@
+#include "layfigure/doll/build.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "body_tree.h"
+#include "calibration.h"
+#include "mass_properties.h"
+#include "section.h"
+#include "surface.h"
+
+namespace layfigure::doll {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Shortest distance of two bodies' coms that counts, as a share of the section's size: a joint cannot be stiffer than
+/// a stub of that length.
+constexpr double kLeastSpanShare = 0.1;
+
+/// A cut is scraps of the limb below, or takes in the trunk above, these multiples of the body's volume over its
+/// length.
+constexpr double kLeastAreaShare = 0.25;
+constexpr double kMostAreaShare = 2.5;
+
+std::vector<Isometry3d> rest_poses(const std::vector<character::Bone>& bones) {
+  std::vector<Isometry3d> poses;
+  for (const auto& bone : bones) poses.push_back(bone.parent < 0 ? bone.rest : poses[bone.parent] * bone.rest);
+  return poses;
+}
+
+void add_bones(const BodyTree& tree, const std::vector<Isometry3d>& X_WA, Doll& doll) {
+  doll.bone_of_body = tree.bone_of_body;
+  doll.body_of_bone.assign(doll.rig.bones.size(), -1);
+  for (std::size_t b = 0; b < tree.bone_of_body.size(); ++b) {
+    doll.body_of_bone[tree.bone_of_body[b]] = static_cast<int>(b);
+  }
+  for (std::size_t bone = 0; bone < doll.rig.bones.size(); ++bone) {
+    const int body = tree.carrier_of_bone[bone];
+    const Isometry3d X_BA = body < 0 ? X_WA[bone] : X_WA[tree.bone_of_body[body]].inverse() * X_WA[bone];
+    doll.carriers.push_back({body, X_BA});
+  }
+}
+
+void add_body(const BodyTree& tree, int b, const std::vector<Isometry3d>& X_WA, const MassProperties& solid,
+              double density, Doll& doll) {
+  const character::Bone& bone = doll.rig.bones[tree.bone_of_body[b]];
+  const int parent = tree.parent_of_body[b];
+  const Isometry3d& X_WB = X_WA[tree.bone_of_body[b]];
+  const Isometry3d X_PB = parent < 0 ? X_WB : X_WA[tree.bone_of_body[parent]].inverse() * X_WB;
+  const Matrix3d R_BW = bone.bind.linear().transpose();
+  dynamics::BodyDefinition body;
+  body.name = bone.name;
+  body.parent = parent;
+  body.anchor = X_PB.translation();
+  body.rotation = body.rest_rotation = Eigen::Quaterniond(X_PB.linear()).normalized();
+  body.mass = density * solid.volume;
+  body.com = R_BW * (solid.com - bone.bind.translation());
+  body.inertia = density * R_BW * solid.inertia * R_BW.transpose();
+  body.inertia = 0.5 * (body.inertia + body.inertia.transpose()).eval();
+  doll.definition.bodies.push_back(body);
+}
+
+/// What the skin of each body encloses, in the world. By the owners that made the body tree: each body has some.
+std::vector<MassProperties> make_solids(const Surface& surface, const std::vector<int>& owner_bones,
+                                        const BodyTree& tree, Doll& doll) {
+  std::vector<std::vector<Eigen::Vector3i>> parts(tree.bone_of_body.size());
+  for (std::size_t t = 0; t < owner_bones.size(); ++t) {
+    const int body = owner_bones[t] < 0 ? -1 : tree.carrier_of_bone[owner_bones[t]];
+    if (body >= 0) parts[body].push_back(surface.triangles[t]);
+  }
+  std::vector<MassProperties> solids;
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    const character::Bone& bone = doll.rig.bones[tree.bone_of_body[b]];
+    solids.push_back(mass_properties(parts[b], surface.vertices, bone.bind.linear()));
+    if (solids.back().estimated) {
+      doll.warnings.push_back("bone '" + bone.name +
+                              "': its skin encloses hardly anything; mass and inertia are those of " +
+                              "the ellipsoid in its bounding box");
+    }
+  }
+  return solids;
+}
+
+/// From the joint to the com: the direction that the section is across. If they coincide, along the bone.
+Vector3d limb_direction(const Isometry3d& bind, const Vector3d& com) {
+  const Vector3d along = com - bind.translation();
+  return along.norm() > 0.0 ? along.normalized() : Vector3d(bind.linear().col(1));
+}
+
+/// The circle whose cylinder, as long as the joint is far from the com twice over, has the body's volume.
+Section estimated_section(double volume, double half_length) {
+  const double size = std::cbrt(volume);
+  Section section;
+  section.area = volume / std::max(2.0 * half_length, size);
+  section.second_moment = section.area * section.area / (4.0 * std::numbers::pi);
+  section.outermost = std::sqrt(section.area / std::numbers::pi);
+  section.estimated = true;
+  return section;
+}
+
+/// The cut through the joint, a root's through its com: of the skin that the body weighs upon or, where that leaves
+/// only scraps (a ball joint whose ball is the parent's, webs between fingers), of the parent's too, unless it cuts the
+/// trunk.
+std::optional<PlaneFigure> measured_section(const Surface& surface, Cut cut, int parent, double expected_area) {
+  const std::optional<PlaneFigure> own = cut_surface(surface, cut);
+  if (own && own->area > kLeastAreaShare * expected_area) return own;
+  if (parent < 0) return std::nullopt;
+  cut.other = parent;
+  const std::optional<PlaneFigure> both = cut_surface(surface, cut);
+  const bool plausible =
+      both && both->area > kLeastAreaShare * expected_area && both->area < kMostAreaShare * expected_area;
+  return plausible ? both : std::nullopt;
+}
+
+Section make_section(const Surface& surface, const BodyTree& tree, int b, const std::vector<MassProperties>& solids,
+                     const Isometry3d& bind) {
+  const int parent = tree.parent_of_body[b];
+  const Vector3d& com = solids[b].com;
+  const Vector3d joint = bind.translation();
+  Section section = estimated_section(solids[b].volume, (com - joint).norm());
+  const Cut cut{parent < 0 ? com : joint, limb_direction(bind, com), b};
+  if (const auto figure = measured_section(surface, cut, parent, section.area)) {
+    section = {figure->area, figure->mean_second_moment(), figure->outermost, 0.0, false};
+  }
+  if (parent >= 0) section.span = std::max((com - solids[parent].com).norm(), kLeastSpanShare * section.outermost);
+  return section;
+}
+
+}  // namespace
+
+Doll build_doll(character::Rig rig, const DollSettings& settings) {
+  validate(settings);
+  Doll doll;
+  doll.rig = std::move(rig);
+  doll.definition.root = dynamics::RootKind::kFree;
+  Surface surface = make_surface(doll.rig);
+  const std::vector<int> owner_bones = triangle_owners(surface);
+  const BodyTree tree = make_body_tree(doll.rig.bones, surface, owner_bones);
+  rename_owners(surface, tree.carrier_of_bone);
+
+  const std::vector<Isometry3d> X_WA = rest_poses(doll.rig.bones);
+  add_bones(tree, X_WA, doll);
+  const std::vector<MassProperties> solids = make_solids(surface, owner_bones, tree, doll);
+  for (int b = 0; b < static_cast<int>(solids.size()); ++b) {
+    add_body(tree, b, X_WA, solids[b], settings.density, doll);
+    const Isometry3d& bind = doll.rig.bones[tree.bone_of_body[b]].bind;
+    doll.sections.push_back(make_section(surface, tree, b, solids, bind));
+    if (doll.sections.back().estimated) {
+      doll.warnings.push_back("bone '" + doll.definition.bodies[b].name +
+                              "': no section found at its joint; estimated from its volume and length");
+    }
+  }
+  calibrate(doll, settings);
+  return doll;
+}
+
+}  // namespace layfigure::doll

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "layfigure/character/rig.h"
+#include "layfigure/doll/doll.h"
+#include "layfigure/doll/settings.h"
+
+namespace layfigure::doll {
+
+/// Makes a doll of a rig.
+///
+/// Bodies. Each triangle belongs to the bone that weighs most on its corners. A bone with at least 4 triangles and 1e-4
+/// of the skin's area is a body; the others ride rigidly on their nearest ancestor that is one, and those above every
+/// body on the one with the most skin, to which the other limbs are then joined too. A body's frame is its bone's.
+///
+/// Mass. A body's part of the skin is closed, each open loop by a fan to its centroid, and volume, com and inertia are
+/// integrated over it (divergence theorem), times the density. A part that encloses hardly anything counts as the
+/// ellipsoid in its bounding box along the bone's axes, which is reported.
+///
+/// Joints. The skin that the body weighs upon is cut by the plane through the joint across the direction from the joint
+/// to the body's com; Green's theorem over the loop about the joint gives the area, the mean second moment of area I
+/// and the largest distance c from its centroid. With s the distance of the two bodies' coms (physics: Matsunaga, Eq.
+/// 3-4):
+///     K_f = elastic_modulus I / s,   D_f = viscosity I / s,   D_d = flow_viscosity I / s,   t_y = yield_stress I / c .
+/// Where no loop is found, the section is the circle that the body's volume and length suggest, which is reported.
+///
+/// Calibration. The fourth power of the thickness leaves thin limbs too weak, so each is a minimum:
+///     t_y >= hold_margin W,               K_f >= W / largest_sag,  K_f >= t_y / largest_strain,
+///     D_f >= 2 damping_ratio sqrt(K_f J), D_d >= 2 t_y / largest_flow_rate
+/// where W is the torque of the weight of all that hangs on the joint, were it stretched out level, and J its largest
+/// moment of inertia about the joint in the rest pose. Joints whose K_f or t_y it raised are reported.
+///
+/// The root is pinned with a natural frequency of 10 Hz, critically damped, by the mass and inertia of the whole.
+///
+/// Throws std::invalid_argument: settings out of range, or no bone has enough skin. O(triangles + bones). Thread-safe.
+[[nodiscard]] Doll build_doll(character::Rig rig, const DollSettings& settings = {});
+
+}  // namespace layfigure::doll

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "layfigure/character/rig.h"
+#include "layfigure/dynamics/model.h"
+#include "layfigure/dynamics/state.h"
+
+namespace layfigure::doll {
+
+/// A spring and damper that pins the root body where it starts.
+struct RootPin {
+  double stiffness{0.0};          ///< [N/m]
+  double damping{0.0};            ///< [N s/m]
+  double angular_stiffness{0.0};  ///< [N m/rad]
+  double angular_damping{0.0};    ///< [N m s/rad]
+};
+
+/// The mesh's cross-section at a joint, cut by the plane across the bone.
+struct Section {
+  double area{0.0};           ///< [m^2]
+  double second_moment{0.0};  ///< I, mean of the two principal ones [m^4]
+  double outermost{0.0};      ///< largest distance from the section's centroid [m]
+  double span{0.0};           ///< s, distance between the coms of the two bodies [m]
+  bool estimated{false};      ///< no closed cut was found; taken from the body's own size
+};
+
+/// What a bone moves with, rigidly: its own body; else its nearest ancestor's; above the root body, the root body.
+struct Carrier {
+  int body{-1};  ///< -1: the bone's whole tree has no body; it stays where it is
+  Eigen::Isometry3d pose{Eigen::Isometry3d::Identity()};  ///< X_BA of the bone's frame A in the body's; no body: X_WA
+};
+
+/// A rig as an elasto-plastic doll. A body's frame is its bone's frame.
+struct Doll {
+  character::Rig rig;
+  dynamics::ModelDefinition definition;  ///< free root; starts in the rest pose with nothing strained
+  RootPin root_pin;
+  std::vector<int> body_of_bone;  ///< index into definition.bodies, -1: the bone rides rigidly on its parent bone
+  std::vector<int> bone_of_body;
+  std::vector<Carrier> carriers;  ///< one per bone
+  std::vector<Section> sections;  ///< one per body; a root's is that of its own middle
+  std::vector<std::string> warnings;
+};
+
+/// The pose of every bone of the rig, bones that ride along included: what a skeleton animation needs.
+struct SkeletonPose {
+  Eigen::Vector3d root_translation{Eigen::Vector3d::Zero()};  ///< of the first root bone, world [m]
+  std::vector<Eigen::Quaterniond> rotations;                  ///< bone -> parent bone; a root's: bone -> world
+  std::vector<Eigen::Quaterniond> rest_rotations;             ///< where each joint springs back to
+  std::vector<Eigen::Vector3d> torques;  ///< in the bone's frame [N m]; 0 for bones that ride along
+  std::vector<bool> yielding;
+};
+
+/// Fills `pose` from `state`. O(bones). Reuses the memory of `pose`.
+void skeleton_pose(const Doll& doll, const dynamics::State& state, SkeletonPose& pose);
+
+}  // namespace layfigure::doll

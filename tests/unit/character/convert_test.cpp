@@ -1,0 +1,178 @@
+#include "convert.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace layfigure::character {
+namespace {
+
+using Eigen::Affine3d;
+using Eigen::Vector3d;
+
+constexpr double kRounding = 1e-12;
+
+Affine3d moved(double x, double y, double z) { return Affine3d(Eigen::Translation3d(x, y, z)); }
+
+/// A tetrahedron of unit edges along the axes.
+SourceMesh tetrahedron(int node) {
+  SourceMesh mesh;
+  mesh.name = "skin";
+  mesh.node = node;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return mesh;
+}
+
+/// As an FBX: nodes root > mesh, root > hip > helper > knee > foot; the skin names hip and knee, 1 m apart along x.
+SourceScene fbx_scene() {
+  SourceScene scene;
+  scene.nodes = {{"root", -1, Affine3d::Identity(), false}, {"mesh", 0, Affine3d::Identity(), true},
+                 {"hip", 0, moved(1, 0, 0), false},         {"knee_$AssimpFbx$_PreRotation", 2, moved(2, 0, 0), false},
+                 {"knee", 3, moved(2, 0, 0), false},        {"foot", 4, moved(3, 0, 0), false}};
+  SourceMesh mesh = tetrahedron(1);
+  mesh.joints = {{2, moved(-1, 0, 0), {{0, 1.0}, {1, 1.0}}}, {4, moved(-2, 0, 0), {{2, 1.0}, {3, 1.0}}}};
+  scene.meshes = {mesh};
+  return scene;
+}
+
+std::string refusal(const SourceScene& scene) {
+  try {
+    (void)convert(scene);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Convert, HelperNodes_AreFoldedIntoTheBones) {
+  const Rig rig = convert(fbx_scene());
+  ASSERT_EQ(rig.bones.size(), 3U);
+  EXPECT_EQ(rig.bones[0].name, "hip");
+  EXPECT_EQ(rig.bones[1].name, "knee");
+  EXPECT_EQ(rig.bones[1].parent, 0);
+  EXPECT_EQ(rig.bones[2].name, "foot");
+  EXPECT_LT((rig.bones[2].bind.translation() - Vector3d(3, 0, 0)).norm(), kRounding);
+}
+
+TEST(Convert, NodesPosedAtExport_BindsComeFromTheOffsets) {
+  SourceScene scene = fbx_scene();
+  const Affine3d turn(Eigen::AngleAxisd(1.0, Vector3d::UnitZ()));
+  for (const int node : {4, 5}) scene.nodes[node].pose = scene.nodes[3].pose * turn * moved(node - 4.0, 0, 0);
+  const Rig rig = convert(scene);
+  EXPECT_LT((rig.bones[1].bind.translation() - Vector3d(2, 0, 0)).norm(), kRounding);
+  EXPECT_LT((rig.bones[2].bind.translation() - Vector3d(3, 0, 0)).norm(), kRounding);  // beside its bound parent
+  EXPECT_TRUE(rig.bones[1].rest.isApprox(rig.bones[0].bind.inverse() * rig.bones[1].bind, kRounding));
+}
+
+TEST(Convert, MeshNodeOfAnFbx_PlacesTheMesh) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[1].pose = moved(0, 5, 0) * Eigen::Scaling(2.0);
+  const Rig rig = convert(scene);
+  EXPECT_LT((rig.meshes[0].vertices[1] - Vector3d(2, 5, 0)).norm(), kRounding);
+  EXPECT_LT((rig.bones[0].bind.translation() - Vector3d(2, 5, 0)).norm(), kRounding);
+}
+
+TEST(Convert, MeshNodeOfAGltf_IsIgnored) {
+  SourceScene scene = fbx_scene();
+  scene.skin_replaces_node = true;
+  scene.nodes[1].pose = moved(0, 5, 0) * Eigen::Scaling(2.0);
+  const Rig rig = convert(scene);
+  EXPECT_LT((rig.meshes[0].vertices[1] - Vector3d(1, 0, 0)).norm(), kRounding);
+  EXPECT_LT((rig.bones[0].bind.translation() - Vector3d(1, 0, 0)).norm(), kRounding);
+}
+
+TEST(Convert, UnitsAndAxes_ApplyToBonesAndMesh) {
+  SourceScene scene = fbx_scene();
+  scene.world_from_file = Affine3d(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitX()) * Eigen::Scaling(0.01));
+  const Rig rig = convert(scene);
+  EXPECT_LT((rig.meshes[0].vertices[2] - Vector3d(0, 0, 0.01)).norm(), kRounding);
+  EXPECT_LT((rig.bones[1].bind.translation() - Vector3d(0.02, 0, 0)).norm(), kRounding);
+  EXPECT_NEAR(rig.bones[1].bind.linear().determinant(), 1.0, kRounding);
+}
+
+TEST(Convert, MirroredAndShearedBones_AreMadeRigid) {
+  SourceScene scene = fbx_scene();
+  Affine3d odd = moved(2, 0, 0);
+  odd.linear() << -1, 0.2, 0, 0, 3, 0, 0, 0, 1;
+  scene.meshes[0].joints[1].offset = odd.inverse();
+  const Rig rig = convert(scene);
+  const Eigen::Matrix3d R = rig.bones[1].bind.linear();
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), kRounding);
+  EXPECT_NEAR(R.determinant(), 1.0, kRounding);
+}
+
+TEST(Convert, MirroredMesh_KeepsFacingOutwards) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[1].pose = Affine3d(Eigen::Scaling(-1.0, 1.0, 1.0));
+  const Rig rig = convert(scene);
+  double volume6 = 0.0;
+  for (const auto& t : rig.meshes[0].triangles) {
+    const auto& v = rig.meshes[0].vertices;
+    volume6 += v[t[0]].dot(v[t[1]].cross(v[t[2]]));
+  }
+  EXPECT_NEAR(volume6, 1.0, kRounding);
+  EXPECT_TRUE(rig.warnings.empty());
+}
+
+TEST(Convert, MeshInsideOut_IsTurnedAndReported) {
+  SourceScene scene = fbx_scene();
+  for (auto& triangle : scene.meshes[0].triangles) std::swap(triangle[0], triangle[1]);
+  const Rig rig = convert(scene);
+  EXPECT_EQ(rig.meshes[0].triangles[0], Eigen::Vector3i(2, 1, 0));
+  ASSERT_EQ(rig.warnings.size(), 1U);
+  EXPECT_NE(rig.warnings[0].find("inwards"), std::string::npos);
+}
+
+TEST(Convert, TwoSkinsThatDisagree_TheFirstCountsAndItIsReported) {
+  SourceScene scene = fbx_scene();
+  SourceMesh second = scene.meshes[0];
+  second.name = "coat";
+  second.joints[1].offset = moved(-2.5, 0, 0);
+  scene.meshes.push_back(second);
+  const Rig rig = convert(scene);
+  EXPECT_LT((rig.bones[1].bind.translation() - Vector3d(2, 0, 0)).norm(), kRounding);
+  ASSERT_EQ(rig.warnings.size(), 1U);
+  EXPECT_NE(rig.warnings[0].find("'knee' is bound differently by mesh 'coat'"), std::string::npos);
+}
+
+TEST(Convert, NegativeWeights_CountAsNone) {
+  SourceScene scene = fbx_scene();
+  scene.meshes[0].joints[0].weights.push_back({2, -3.0});
+  const Rig rig = convert(scene);
+  for (const auto& influences : rig.meshes[0].influences) {
+    for (const Influence& influence : influences) EXPECT_GT(influence.weight, 0.0);
+  }
+}
+
+TEST(Convert, WeightNotFinite_NamesTheBone) {
+  SourceScene scene = fbx_scene();
+  scene.meshes[0].joints[1].weights[0].weight = std::nan("");
+  EXPECT_NE(refusal(scene).find("bone 'knee'"), std::string::npos);
+}
+
+TEST(Convert, TooManyBones_AreRefused) {
+  SourceScene scene = fbx_scene();
+  for (int k = 0; k < 20000; ++k) {
+    scene.nodes.push_back(
+        {"tail" + std::to_string(k), static_cast<int>(scene.nodes.size()) - 1, moved(3, 0, 0), false});
+  }
+  EXPECT_NE(refusal(scene).find("more than 16384"), std::string::npos);
+}
+
+TEST(Convert, NodePoseNotFinite_IsRefused) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[4].pose.translation().x() = std::nan("");
+  EXPECT_NE(refusal(scene).find("node 'knee'"), std::string::npos);
+}
+
+TEST(Convert, NodeOfNoSize_IsRefusedWhereABoneNeedsIt) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[4].pose.linear().setZero();
+  EXPECT_NE(refusal(scene).find("bone 'foot'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace layfigure::character

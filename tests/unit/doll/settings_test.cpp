@@ -1,0 +1,108 @@
+#include "layfigure/doll/settings.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+namespace layfigure::doll {
+namespace {
+
+/// A settings file of its own for the running test.
+class SettingsFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = std::filesystem::temp_directory_path() /
+            (std::string(test->name()) + "_" + std::to_string(::getpid()) + ".toml");
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  DollSettings load(const std::string& text) {
+    std::ofstream(path_) << text;
+    return load_settings(path_);
+  }
+
+  /// What it says of the text; fails unless that is a SettingsError of one line that names the file.
+  std::string complaint(const std::string& text) {
+    try {
+      (void)load(text);
+    } catch (const SettingsError& error) {
+      const std::string what = error.what();
+      EXPECT_NE(what.find(path_.string()), std::string::npos) << what;
+      EXPECT_EQ(std::count(what.begin(), what.end(), '\n'), 0) << what;
+      return what;
+    }
+    ADD_FAILURE() << "accepted: " << text;
+    return {};
+  }
+
+  std::filesystem::path path_;
+};
+
+TEST_F(SettingsFile, Empty_IsTheDefaults) {
+  EXPECT_EQ(load("").density, DollSettings{}.density);
+  EXPECT_EQ(load("# nothing\n").yield_stress, DollSettings{}.yield_stress);
+}
+
+TEST_F(SettingsFile, EveryField_IsRead) {
+  const DollSettings s = load(
+      "density = 500\nelastic_modulus = 2e6\nviscosity = 3.0\nflow_viscosity = 4.0\nyield_stress = 5.0\n"
+      "largest_sag = 0.06\nlargest_strain = 0.3\nhold_margin = 7.0\ndamping_ratio = 0.8\nlargest_flow_rate = 9.0\n");
+  EXPECT_EQ(s.density, 500.0);
+  EXPECT_EQ(s.elastic_modulus, 2e6);
+  EXPECT_EQ(s.viscosity, 3.0);
+  EXPECT_EQ(s.flow_viscosity, 4.0);
+  EXPECT_EQ(s.yield_stress, 5.0);
+  EXPECT_EQ(s.largest_sag, 0.06);
+  EXPECT_EQ(s.largest_strain, 0.3);
+  EXPECT_EQ(s.hold_margin, 7.0);
+  EXPECT_EQ(s.damping_ratio, 0.8);
+  EXPECT_EQ(s.largest_flow_rate, 9.0);
+}
+
+TEST_F(SettingsFile, UnknownKey_IsRefusedWithItsLine) {
+  const std::string what = complaint("density = 500\ndensty = 400\n");
+  EXPECT_NE(what.find(":2: unknown key 'densty'"), std::string::npos) << what;
+}
+
+TEST_F(SettingsFile, NotANumber_IsRefused) {
+  for (const std::string value : {"\"heavy\"", "true", "[1]", "{a = 1}", "2026-11-22"}) {
+    EXPECT_NE(complaint("density = " + value + "\n").find(":1: density: expected a number"), std::string::npos)
+        << value;
+  }
+}
+
+TEST_F(SettingsFile, OutOfRange_IsRefusedWithTheRange) {
+  for (const std::string line :
+       {"density = 0", "density = -1", "density = nan", "density = inf", "elastic_modulus = -1", "hold_margin = 0.5",
+        "largest_sag = 0", "largest_sag = 2", "damping_ratio = 11", "largest_flow_rate = 0", "yield_stress = 1e300"}) {
+    EXPECT_NE(complaint(line + "\n").find("expected "), std::string::npos) << line;
+  }
+  EXPECT_NE(complaint("density = -1").find("density = -1, expected (0, 1e+06]"), std::string::npos);
+}
+
+TEST_F(SettingsFile, NotToml_IsRefusedWithItsLine) {
+  EXPECT_NE(complaint("density = 500\ndensity 400\n").find(":2:"), std::string::npos);
+  EXPECT_NE(complaint("density = 500\ndensity = 400\n").find("not TOML"), std::string::npos);
+}
+
+TEST_F(SettingsFile, Missing_IsRefused) {
+  EXPECT_THROW((void)load_settings(path_), SettingsError);
+  EXPECT_THROW((void)load_settings(std::filesystem::temp_directory_path()), SettingsError);
+}
+
+TEST(ValidateSettings, Defaults_AreAllowed) { EXPECT_NO_THROW(validate({})); }
+
+TEST(ValidateSettings, NotFinite_IsRefused) {
+  DollSettings settings;
+  settings.yield_stress = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(validate(settings), std::invalid_argument);
+  settings.yield_stress = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(validate(settings), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace layfigure::doll
