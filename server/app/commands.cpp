@@ -1,0 +1,197 @@
+#include "layfigure/app/commands.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "layfigure/app/arguments.h"
+#include "layfigure/app/messages.h"
+#include "layfigure/messaging/protocol.h"
+
+namespace layfigure::app {
+namespace {
+
+constexpr double kMaxGain = 1e9;    // [N/m], [N s/m]
+constexpr double kMaxOffset = 1e3;  // [m] of a held point from its bone
+
+void add_result(reply_t& reply, std::string name, std::vector<double> values) {
+  argument_t result{};
+  result.name = std::move(name);
+  result.value_count = static_cast<std::int32_t>(values.size());
+  result.values = std::move(values);
+  reply.results.push_back(std::move(result));
+  reply.result_count = static_cast<std::int32_t>(reply.results.size());
+}
+
+int pointer_argument(const Arguments& arguments) {
+  return static_cast<int>(arguments.integer("pointer", 0, messaging::kMaxPointers - 1).value_or(0));
+}
+
+bool mode_argument(const Arguments& arguments) {
+  const std::string mode = arguments.text("mode").value_or("3dof");
+  if (mode != "3dof" && mode != "6dof") throw Refusal("argument 'mode' is '" + mode + "', expected 3dof or 6dof");
+  return mode == "6dof";
+}
+
+}  // namespace
+
+CommandProcessor::CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink,
+                                   std::int64_t server_id)
+    : simulation_(simulation), poses_(poses), sink_(sink), server_id_(server_id), mesh_(simulation.doll().rig) {}
+
+const CommandProcessor::Entry* CommandProcessor::find(std::string_view name) {
+  static constexpr std::array<Entry, 8> kCommands{{{"grab", &CommandProcessor::grab},
+                                                   {"release", &CommandProcessor::release},
+                                                   {"key", &CommandProcessor::key},
+                                                   {"reset", &CommandProcessor::reset},
+                                                   {"step", &CommandProcessor::step},
+                                                   {"get_character", &CommandProcessor::get_character},
+                                                   {"get_mesh", &CommandProcessor::get_mesh},
+                                                   {"shutdown", &CommandProcessor::shutdown}}};
+  const auto* found = std::ranges::find(kCommands, name, &Entry::name);
+  return found == kCommands.end() ? nullptr : found;
+}
+
+void CommandProcessor::handle(const command_t& command) {
+  if (const reply_t* known = replies_.find(command.client_id, command.sequence)) return sink_.publish(*known);
+  const reply_t reply = answer(command);
+  replies_.store(reply);
+  sink_.publish(reply);
+}
+
+reply_t CommandProcessor::answer(const command_t& command) {
+  reply_t reply{};
+  reply.protocol_version = messaging::kProtocolVersion;
+  reply.server_id = server_id_;
+  reply.client_id = command.client_id;
+  reply.sequence = command.sequence;
+  try {
+    carry_out(command, reply);
+    reply.accepted = true;
+  } catch (const std::invalid_argument& refusal) {  // a Refusal, or the simulation's
+    reply.reason = refusal.what();
+  }
+  reply.time_us = simulation_.time_us();
+  return reply;
+}
+
+void CommandProcessor::carry_out(const command_t& command, reply_t& reply) {
+  if (command.protocol_version != messaging::kProtocolVersion) {
+    throw Refusal("protocol version " + std::to_string(command.protocol_version) + ", this server speaks " +
+                  std::to_string(messaging::kProtocolVersion));
+  }
+  if (replies_.is_too_old(command.client_id, command.sequence)) {
+    throw Refusal("sequence " + std::to_string(command.sequence) +
+                  " is too old to know whether it was carried out; sequences must grow");
+  }
+  const Entry* entry = find(command.name);
+  if (entry == nullptr) throw Refusal("unknown command '" + command.name + "'");
+  (this->*entry->action)(command, reply);
+}
+
+void CommandProcessor::grab(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {"pointer", "bone", "point", "stiffness", "damping", "mode"});
+  const std::optional<std::string> bone = arguments.text("bone");
+  if (!bone) throw Refusal("grab needs the argument 'bone'");
+  GrabRequest request;
+  request.pointer = pointer_argument(arguments);
+  request.bone = find_bone(*bone);
+  request.point = arguments.vector("point", kMaxOffset);
+  request.stiffness = arguments.number("stiffness", 0.0, kMaxGain);
+  request.damping = arguments.number("damping", 0.0, kMaxGain);
+  request.holds_rotation = mode_argument(arguments);
+  const Eigen::Vector3d held = simulation_.grab(request);
+  const dynamics::Coupling& coupling = simulation_.pointers().at(request.pointer).grip()->coupling;
+  add_result(reply, "joint", {static_cast<double>(request.bone)});
+  add_result(reply, "position", {held.x(), held.y(), held.z()});
+  add_result(reply, "stiffness", {coupling.stiffness});
+  add_result(reply, "damping", {coupling.damping});
+}
+
+void CommandProcessor::release(const command_t& command, reply_t&) {
+  const Arguments arguments(command, {"pointer"});
+  simulation_.release(pointer_argument(arguments));
+}
+
+void CommandProcessor::key(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {});
+  add_result(reply, "time_us", {static_cast<double>(simulation_.time_us())});
+  add_result(reply, "pose", {static_cast<double>(poses_.count() - 1)});
+}
+
+void CommandProcessor::reset(const command_t& command, reply_t&) {
+  const Arguments arguments(command, {});
+  simulation_.reset();
+}
+
+void CommandProcessor::step(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {"count", "pointer_sequence"});
+  if (simulation_.settings().clock != ClockKind::kLockstep) {
+    throw Refusal("step needs a server with --clock lockstep; this one runs in realtime");
+  }
+  if (!simulation_.failure().empty()) throw Refusal(simulation_.failure());
+  const std::int64_t count = arguments.integer("count", 1, kMaxStepsPerCommand).value_or(1);
+  const std::span<const double> awaited = arguments.integers("pointer_sequence");
+  if (awaited.size() % 2 != 0) throw Refusal("argument 'pointer_sequence' is not pairs of pointer and sequence");
+  for (std::size_t i = 0; i < awaited.size(); i += 2) {
+    require_pointer_message(command, static_cast<std::int64_t>(awaited[i]), static_cast<std::int64_t>(awaited[i + 1]));
+  }
+  const std::int64_t before = simulation_.steps();
+  simulation_.begin_motion(count);
+  for (std::int64_t i = 0; i < count && simulation_.advance(); ++i) poses_.publish_if_due();
+  if (simulation_.steps() == before) throw Refusal(simulation_.failure());
+  add_result(reply, "steps", {static_cast<double>(simulation_.steps())});
+}
+
+void CommandProcessor::require_pointer_message(const command_t& command, std::int64_t pointer,
+                                               std::int64_t sequence) const {
+  for (const auto& [id, known] : simulation_.pointers()) {
+    if (id == pointer && known.client_id() == command.client_id && known.sequence() >= sequence) return;
+  }
+  throw Refusal("pointer " + std::to_string(pointer) + ": message " + std::to_string(sequence) +
+                " has not arrived; send it again");
+}
+
+void CommandProcessor::get_character(const command_t& command, reply_t&) {
+  const Arguments arguments(command, {});
+  publish_character();
+  poses_.repeat_newest();
+}
+
+void CommandProcessor::publish_character() { sink_.publish(make_character(simulation_, server_id_, mesh_.bytes())); }
+
+void CommandProcessor::get_mesh(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {"chunks"});
+  const std::span<const double> wanted = arguments.integers("chunks");
+  const auto total = static_cast<std::size_t>(mesh_.total());
+  if (wanted.size() > total || std::ranges::any_of(wanted, [&](double index) { return index >= mesh_.total(); })) {
+    throw Refusal("argument 'chunks' asks for more than there is, expected indices from 0 to " +
+                  std::to_string(mesh_.total() - 1));
+  }
+  for (const double index : wanted) publish_chunk(static_cast<std::int32_t>(index));
+  for (std::int32_t index = 0; wanted.empty() && index < mesh_.total(); ++index) publish_chunk(index);
+  add_result(reply, "chunks", {static_cast<double>(mesh_.total())});
+}
+
+void CommandProcessor::publish_chunk(std::int32_t index) {
+  mesh_chunk_t message = mesh_.chunk(index);
+  message.time_us = simulation_.time_us();
+  message.server_id = server_id_;
+  sink_.publish(message);
+}
+
+void CommandProcessor::shutdown(const command_t& command, reply_t&) {
+  const Arguments arguments(command, {});
+  shutdown_requested_ = true;
+}
+
+int CommandProcessor::find_bone(const std::string& name) const {
+  const std::vector<character::Bone>& bones = simulation_.doll().rig.bones;
+  const auto found = std::ranges::find(bones, name, &character::Bone::name);
+  if (found == bones.end()) throw Refusal("no bone is called '" + name + "'");
+  return static_cast<int>(found - bones.begin());
+}
+
+}  // namespace layfigure::app

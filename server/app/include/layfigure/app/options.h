@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "layfigure/app/server.h"
+
+namespace layfigure::app {
+
+/// Exit codes of the program.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitFailed = 1;
+inline constexpr int kExitUsage = 2;
+
+/// The command line.
+struct Options {
+  std::filesystem::path character;
+  std::optional<std::filesystem::path> doll_settings;
+  bool inspect{false};
+  bool json{false};  ///< of inspect
+  ServerSettings server;
+};
+
+/// What is to be done, or with which code to exit at once.
+struct ParsedOptions {
+  std::optional<Options> options;
+  int exit_code{kExitDone};
+};
+
+/// Reads the command line. Prints help or the version on stdout, or one line on stderr that says which option is wrong
+/// and what it may be.
+[[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
+
+}  // namespace layfigure::app

@@ -1,0 +1,77 @@
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <time.h>
+
+#include <exception>
+#include <iostream>
+#include <thread>
+
+#include "layfigure/app/options.h"
+#include "layfigure/app/server.h"
+#include "layfigure/character/import.h"
+#include "layfigure/doll/build.h"
+#include "layfigure/doll/inspect.h"
+#include "layfigure/doll/settings.h"
+
+namespace {
+
+using namespace layfigure;
+
+/// SIGINT and SIGTERM, blocked so that no thread is interrupted by them: signal_watch() waits for them instead.
+sigset_t block_stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);  // a client that has gone is an error of its own socket only
+  return signals;
+}
+
+std::jthread signal_watch(const sigset_t& signals, app::Server& server) {
+  return std::jthread([signals, &server](const std::stop_token& token) {
+    const timespec interval{0, 50'000'000};
+    while (!token.stop_requested()) {
+      if (sigtimedwait(&signals, nullptr, &interval) > 0) server.stop();
+    }
+  });
+}
+
+doll::Doll load_doll(const app::Options& options) {
+  const doll::DollSettings settings =
+      options.doll_settings ? doll::load_settings(*options.doll_settings) : doll::DollSettings{};
+  return doll::build_doll(character::import_rig(options.character), settings);
+}
+
+void run(const app::Options& options) {
+  doll::Doll doll = load_doll(options);
+  if (options.inspect) {
+    std::cout << (options.json ? doll::inspect_json(doll) : doll::inspect_text(doll)) << std::flush;
+    return;
+  }
+  const std::size_t remarks = doll.warnings.size();
+  const sigset_t signals = block_stop_signals();
+  app::Server server(std::move(doll), options.server);
+  const std::jthread watch = signal_watch(signals, server);
+  if (remarks > 0) spdlog::warn("remarks on the character: {}; --inspect lists them", remarks);
+  std::cout << "listening on " << server.url() << std::endl;
+  server.run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("layfigure-server"));
+  spdlog::set_pattern("%n: %v");
+  const app::ParsedOptions parsed = app::parse_options(argc, argv);
+  if (!parsed.options) return parsed.exit_code;
+  try {
+    run(*parsed.options);
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return app::kExitFailed;
+  }
+  return app::kExitDone;
+}

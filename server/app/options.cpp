@@ -1,0 +1,158 @@
+#include "layfigure/app/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <iostream>
+#include <random>
+#include <sstream>
+
+#include "layfigure/messaging/bus.h"
+#include "layfigure/messaging/protocol.h"
+
+namespace layfigure::app {
+namespace {
+
+constexpr double kMinPhysicsHz = 10.0;
+constexpr double kMaxPhysicsHz = 20000.0;
+constexpr double kMinPoseHz = 0.1;
+constexpr double kMaxDuration = 1e7;  // [s]
+
+constexpr const char* kExamples = R"(
+Examples:
+  layfigure-server doll.glb                                the doll in realtime on the default LCM bus
+  layfigure-server doll.glb --broker 7700                  for clients with --lcm-url tcpq://127.0.0.1:7700
+  layfigure-server doll.glb --broker 0 --clock lockstep    for scripts: time advances by step commands only
+  layfigure-server --inspect doll.glb --json               what doll would be built, then exit
+
+Exit codes: 0 done, 1 failed, 2 wrong usage.)";
+
+/// Checks for a number in [min, max]; unlike CLI::Range it says what it expects, and refuses "nan".
+CLI::Validator number_in(double min, double max) {
+  std::ostringstream range;
+  range << "a number from " << min << " to " << max;
+  return CLI::Validator(
+      [=, expected = range.str()](const std::string& text) -> std::string {
+        double value = 0.0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool is_number = error == std::errc{} && end == text.data() + text.size();
+        return is_number && value >= min && value <= max ? "" : "'" + text + "' is not " + expected;
+      },
+      "");
+}
+
+CLI::Validator port_number() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::uint16_t port = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+        const bool is_port = error == std::errc{} && end == text.data() + text.size();
+        return is_port ? "" : "'" + text + "' is not a port from 0 to 65535";
+      },
+      "");
+}
+
+CLI::Validator clock_kind() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text == "realtime" || text == "lockstep" ? "" : "'" + text + "' is not realtime or lockstep";
+      },
+      "");
+}
+
+CLI::Validator channel_prefix() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return messaging::is_channel_prefix(text) ? ""
+                                                  : "'" + text + "' is not at most 40 letters, digits and underscores";
+      },
+      "");
+}
+
+CLI::Validator lcm_url() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text.starts_with("udpm://") || text.starts_with("tcpq://")
+                   ? ""
+                   : "'" + text + "' is not an LCM URL: udpm://ADDRESS:PORT?ttl=N or tcpq://HOST:PORT";
+      },
+      "");
+}
+
+void add_simulation_options(CLI::App& app, Options& options, std::string& clock) {
+  SimulationSettings& simulation = options.server.simulation;
+  app.add_option("--clock", clock, "realtime or lockstep [realtime]")->check(clock_kind())->type_name("CLOCK");
+  app.add_option("--physics-hz", simulation.physics_hz, "physics steps per second of simulation time [1000]")
+      ->check(number_in(kMinPhysicsHz, kMaxPhysicsHz))
+      ->type_name("HZ");
+  app.add_option("--pose-hz", simulation.pose_hz, "poses per second of simulation time, at most --physics-hz [60]")
+      ->check(number_in(kMinPoseHz, kMaxPhysicsHz))
+      ->type_name("HZ");
+}
+
+void add_bus_options(CLI::App& app, Options& options) {
+  ServerSettings& server = options.server;
+  CLI::Option* url = app.add_option("--lcm-url", server.lcm_url, "LCM bus [$LCM_DEFAULT_URL, else udpm with ttl=0]")
+                         ->check(lcm_url())
+                         ->type_name("URL");
+  app.add_option("--broker", server.broker_port, "serve LCM's tcpq on 127.0.0.1:PORT; 0: any free port, printed")
+      ->check(port_number())
+      ->type_name("PORT")
+      ->excludes(url);
+  app.add_option("--channel-prefix", server.channel_prefix, "put before every channel's name, to share a bus")
+      ->check(channel_prefix())
+      ->type_name("P");
+  app.add_option("--duration", server.duration, "leave after S seconds of wall-clock time")
+      ->check(number_in(1e-3, kMaxDuration))
+      ->type_name("S");
+}
+
+void add_character_options(CLI::App& app, Options& options) {
+  app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--doll", options.doll_settings, "how to make a doll of it")->type_name("SETTINGS.toml");
+  CLI::Option* inspect = app.add_flag("--inspect", options.inspect, "print what doll would be built, and exit");
+  app.add_flag("--json", options.json, "with --inspect: as JSON")->needs(inspect);
+}
+
+void check_together(const Options& options) {
+  const SimulationSettings& simulation = options.server.simulation;
+  if (simulation.pose_hz <= simulation.physics_hz) return;
+  std::ostringstream message;
+  message << "--pose-hz: " << simulation.pose_hz << " is more than --physics-hz, " << simulation.physics_hz;
+  throw CLI::ValidationError(message.str());
+}
+
+/// Names a run of a server; 0 would look like none.
+std::int64_t random_server_id() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::int64_t>(1, std::numeric_limits<std::int64_t>::max())(device);
+}
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, const char* const* argv) {
+  CLI::App app("Simulates a rigged character as an elasto-plastic doll and serves it over LCM.", "layfigure-server");
+  app.footer(kExamples);
+  app.set_version_flag("--version", "layfigure-server " LAYFIGURE_VERSION);
+  Options options;
+  std::string clock = "realtime";
+  add_character_options(app, options);
+  add_simulation_options(app, options, clock);
+  add_bus_options(app, options);
+  try {
+    app.parse(argc, argv);
+    check_together(options);
+  } catch (const CLI::Success& wish) {
+    return {std::nullopt, app.exit(wish)};
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "layfigure-server: " << error.what() << " (see --help)\n";
+    return {std::nullopt, kExitUsage};
+  }
+  options.server.simulation.clock = clock == "lockstep" ? ClockKind::kLockstep : ClockKind::kRealtime;
+  if (options.server.lcm_url.empty()) options.server.lcm_url = messaging::default_bus_url();
+  options.server.server_id = random_server_id();
+  return {std::move(options), kExitDone};
+}
+
+}  // namespace layfigure::app

@@ -1,0 +1,193 @@
+#include "layfigure/app/server.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include "layfigure/app/commands.h"
+#include "layfigure/app/message_sink.h"
+#include "layfigure/app/messages.h"
+#include "layfigure/app/pacer.h"
+#include "layfigure/app/pose_publisher.h"
+#include "layfigure/messaging/broker.h"
+#include "layfigure/messaging/bus.h"
+#include "layfigure/messaging/inbox.h"
+
+namespace layfigure::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using messaging::Channel;
+
+constexpr std::chrono::milliseconds kStatusInterval{100};
+constexpr std::chrono::seconds kCharacterInterval{1};
+
+class BusSink : public MessageSink {
+ public:
+  explicit BusSink(messaging::Bus& bus) : bus_(bus) {}
+  void publish(const pose_t& message) override { bus_.publish(Channel::kPose, message); }
+  void publish(const force_t& message) override { bus_.publish(Channel::kForce, message); }
+  void publish(const character_t& message) override { bus_.publish(Channel::kCharacter, message); }
+  void publish(const mesh_chunk_t& message) override { bus_.publish(Channel::kMesh, message); }
+  void publish(const reply_t& message) override { bus_.publish(Channel::kReply, message); }
+  void publish(const status_t& message) override { bus_.publish(Channel::kStatus, message); }
+
+ private:
+  messaging::Bus& bus_;
+};
+
+std::unique_ptr<messaging::Broker> make_broker(const ServerSettings& settings) {
+  return settings.broker_port ? std::make_unique<messaging::Broker>(*settings.broker_port) : nullptr;
+}
+
+messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
+  return {{Channel::kPointer, [&](messaging::ByteView bytes) { inbox.receive_pointer(bytes); }},
+          {Channel::kCommand, [&](messaging::ByteView bytes) { inbox.receive_command(bytes); }}};
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(doll::Doll doll, ServerSettings server_settings);
+
+  void run();
+  [[nodiscard]] bool is_done(Clock::time_point now) const;
+  [[nodiscard]] bool is_stepping() const;
+  [[nodiscard]] Clock::time_point next_wake_up() const;
+  void handle_events();
+  void handle(const pointer_t& pointer);
+  void handle(const command_t& command) { commands.handle(command); }
+  void run_due_steps();
+  void publish_heartbeats(Clock::time_point now);
+  void publish_status(bool leaving);
+  void report_dropped_time();
+
+  const ServerSettings settings;
+  std::atomic<bool> stopping{false};
+  messaging::Inbox inbox;
+  std::unique_ptr<messaging::Broker> broker;  // outlives the bus, so that it can deliver the bus's last messages
+  const std::string url;
+  messaging::Bus bus;
+  BusSink sink;
+  Simulation simulation;
+  PosePublisher poses;
+  CommandProcessor commands;
+  Pacer pacer;
+  double reported_dropped_time{0.0};
+  Clock::time_point end{Clock::time_point::max()};
+  Clock::time_point next_status{};
+  Clock::time_point next_character{};
+};
+
+Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
+    : settings(std::move(server_settings)),
+      broker(make_broker(settings)),
+      url(broker ? broker->url() : settings.lcm_url),
+      bus({url, settings.channel_prefix}, make_handlers(inbox)),
+      sink(bus),
+      simulation(std::move(doll), settings.simulation),
+      poses(simulation, sink, settings.server_id),
+      commands(simulation, poses, sink, settings.server_id),
+      pacer(settings.simulation.physics_hz, Clock::now()) {}
+
+void Server::Impl::run() {
+  const Clock::time_point start = Clock::now();
+  if (settings.duration) {
+    end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*settings.duration));
+  }
+  pacer.skip_to(start);
+  publish_heartbeats(start);
+  poses.publish_if_due();
+  while (!is_done(Clock::now())) {
+    handle_events();
+    run_due_steps();
+    publish_heartbeats(Clock::now());
+    inbox.wait_until(next_wake_up());
+  }
+  publish_status(true);
+}
+
+bool Server::Impl::is_done(Clock::time_point now) const {
+  return stopping || commands.shutdown_requested() || now >= end;
+}
+
+bool Server::Impl::is_stepping() const {
+  return settings.simulation.clock == ClockKind::kRealtime && simulation.failure().empty();
+}
+
+Clock::time_point Server::Impl::next_wake_up() const {
+  if (commands.shutdown_requested()) return Clock::time_point{};
+  const Clock::time_point heartbeat = std::min({next_status, next_character, end});
+  return is_stepping() ? std::min(heartbeat, pacer.deadline()) : heartbeat;
+}
+
+void Server::Impl::handle_events() {
+  for (const messaging::Inbox::Event& event : inbox.take()) {
+    std::visit([this](const auto& message) { handle(message); }, event);
+  }
+}
+
+void Server::Impl::handle(const pointer_t& pointer) {
+  const auto& [x, y, z] = pointer.position;
+  const auto& [qw, qx, qy, qz] = pointer.rotation;
+  const PointerPose pose{{x, y, z}, Eigen::Quaterniond(qw, qx, qy, qz).normalized()};
+  simulation.point(pointer.pointer, pose, pointer.client_id, pointer.sequence);
+}
+
+void Server::Impl::run_due_steps() {
+  const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
+  while (is_stepping() && pacer.deadline() <= now) {
+    pacer.begin_step(Clock::now());
+    if (!simulation.advance()) spdlog::error("the simulation failed: {}", simulation.failure());
+    poses.publish_if_due();
+  }
+  if (!is_stepping()) pacer.skip_to(now);
+}
+
+void Server::Impl::publish_heartbeats(Clock::time_point now) {
+  if (now >= next_status) {
+    publish_status(false);
+    next_status = now + kStatusInterval;
+  }
+  if (now >= next_character) {
+    commands.publish_character();
+    report_dropped_time();
+    next_character = now + kCharacterInterval;
+  }
+}
+
+void Server::Impl::publish_status(bool leaving) {
+  status_t status = make_status(simulation, settings.server_id);
+  if (leaving) status.state = "leaving";
+  status.poses = poses.count();
+  status.late_steps = pacer.late_steps();
+  status.bad_messages = inbox.bad_messages() + (broker ? broker->refused_clients() : 0);
+  status.dropped_messages = bus.dropped_messages() + (broker ? broker->dropped_messages() : 0);
+  sink.publish(status);
+}
+
+void Server::Impl::report_dropped_time() {
+  if (pacer.dropped_time() == reported_dropped_time) return;
+  reported_dropped_time = pacer.dropped_time();
+  spdlog::warn(
+      "the simulation fell behind the wall clock: {:.3f} s of its time dropped so far; a lower --physics-hz helps",
+      reported_dropped_time);
+}
+
+Server::Server(doll::Doll doll, ServerSettings settings)
+    : impl_(std::make_unique<Impl>(std::move(doll), std::move(settings))) {}
+
+Server::~Server() = default;
+
+const std::string& Server::url() const { return impl_->url; }
+
+void Server::run() { impl_->run(); }
+
+void Server::stop() {
+  impl_->stopping = true;
+  impl_->inbox.interrupt();
+}
+
+}  // namespace layfigure::app

@@ -1,0 +1,218 @@
+#include "layfigure/messaging/broker.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "broker_client.h"
+#include "layfigure/messaging/protocol.h"
+
+namespace layfigure::messaging {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kDrainTime{500};
+constexpr int kDrainPollMs = 10;
+constexpr std::size_t kMaxClients = 256;
+constexpr std::chrono::seconds kLogInterval{1};
+
+sockaddr_in loopback(std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+BrokerError listen_error(std::uint16_t port, int error) {
+  const std::string where = "cannot listen on 127.0.0.1:" + std::to_string(port) + ": ";
+  if (error == EADDRINUSE) return BrokerError(where + "the port is in use; take another, or --broker 0 for a free one");
+  return BrokerError(where + std::strerror(error));
+}
+
+int listen_on_loopback(std::uint16_t port) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (listener < 0) throw listen_error(port, errno);
+  const int on = 1;
+  setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const sockaddr_in address = loopback(port);
+  if (bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      listen(listener, SOMAXCONN) != 0) {
+    const int error = errno;
+    close(listener);
+    throw listen_error(port, error);
+  }
+  return listener;
+}
+
+std::uint16_t bound_port(int listener) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+  return ntohs(address.sin_port);
+}
+
+}  // namespace
+
+struct Broker::Impl {
+  Impl(std::uint16_t wanted_port, const SendLimits& send_limits);
+  ~Impl();
+
+  void run();
+  void drain();
+  /// Waits for something to do, at most `timeout_ms` (-1: for ever).
+  void poll_once(int timeout_ms);
+  void accept_clients();
+  /// Reads and relays; true if any client had sent something.
+  bool read_clients();
+  void relay(tcpq::Publish message);
+  void flush_clients();
+  void drop_closed_clients();
+  void report(const std::string& problem);
+  [[nodiscard]] bool has_output() const;
+
+  const SendLimits limits;
+  const int listener;
+  const std::uint16_t port;
+  const int wake_up;
+  std::atomic<bool> stopping{false};
+  std::atomic<std::int64_t> dropped_messages{0};
+  std::atomic<std::int64_t> refused_clients{0};
+  std::vector<std::unique_ptr<BrokerClient>> clients;
+  std::vector<pollfd> polled;
+  std::int64_t dropped_by_former_clients{0};
+  Clock::time_point next_log{};
+  std::thread thread;
+};
+
+Broker::Impl::Impl(std::uint16_t wanted_port, const SendLimits& send_limits)
+    : limits(send_limits),
+      listener(listen_on_loopback(wanted_port)),
+      port(bound_port(listener)),
+      wake_up(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      thread([this] { run(); }) {}
+
+Broker::Impl::~Impl() {
+  stopping = true;
+  eventfd_write(wake_up, 1);
+  thread.join();
+  close(wake_up);
+  close(listener);
+}
+
+void Broker::Impl::run() {
+  while (!stopping) {
+    poll_once(-1);
+    accept_clients();
+    read_clients();
+    flush_clients();
+    drop_closed_clients();
+  }
+  drain();
+}
+
+void Broker::Impl::drain() {
+  const Clock::time_point deadline = Clock::now() + kDrainTime;
+  while (read_clients() && Clock::now() < deadline) {
+  }
+  flush_clients();
+  while (has_output() && Clock::now() < deadline) {
+    poll_once(kDrainPollMs);
+    flush_clients();
+  }
+}
+
+void Broker::Impl::poll_once(int timeout_ms) {
+  polled.assign({{listener, POLLIN, 0}, {wake_up, POLLIN, 0}});
+  for (const auto& client : clients) {
+    const int events = POLLIN | (client->has_output() ? POLLOUT : 0);
+    polled.push_back({client->socket(), static_cast<short>(events), 0});
+  }
+  poll(polled.data(), polled.size(), timeout_ms);
+}
+
+void Broker::Impl::accept_clients() {
+  int socket = -1;
+  while ((socket = accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0) {
+    if (clients.size() < kMaxClients) {
+      clients.push_back(std::make_unique<BrokerClient>(socket, limits));
+    } else {
+      close(socket);
+      ++refused_clients;
+      report("there are " + std::to_string(kMaxClients) + " already");
+    }
+  }
+}
+
+bool Broker::Impl::read_clients() {
+  bool any = false;
+  for (const auto& client : clients) {
+    any = (client->is_open() && client->read()) || any;
+    while (std::optional<tcpq::Publish> message = client->next_message()) relay(std::move(*message));
+  }
+  return any;
+}
+
+void Broker::Impl::relay(tcpq::Publish message) {
+  auto frame = std::make_shared<Frame>();
+  frame->bytes = tcpq::frame(message);
+  frame->is_state = is_state_channel(message.channel);
+  frame->channel = std::move(message.channel);
+  for (const auto& client : clients) client->deliver(frame);
+}
+
+void Broker::Impl::flush_clients() {
+  for (const auto& client : clients) client->flush();
+}
+
+void Broker::Impl::drop_closed_clients() {
+  std::int64_t dropped = dropped_by_former_clients;
+  for (const auto& client : clients) {
+    dropped += client->dropped_messages();
+    if (client->is_open()) continue;
+    dropped_by_former_clients += client->dropped_messages();
+    if (client->problem().empty()) continue;
+    ++refused_clients;
+    report(client->problem());
+  }
+  dropped_messages = dropped;
+  std::erase_if(clients, [](const auto& client) { return !client->is_open(); });
+}
+
+void Broker::Impl::report(const std::string& problem) {
+  if (Clock::now() < next_log) return;
+  next_log = Clock::now() + kLogInterval;
+  spdlog::warn("disconnected a client of the broker: {} ({} refused so far)", problem, refused_clients.load());
+}
+
+bool Broker::Impl::has_output() const {
+  return std::ranges::any_of(clients, [](const auto& client) { return client->is_open() && client->has_output(); });
+}
+
+Broker::Broker(std::uint16_t port, const SendLimits& limits) : impl_(std::make_unique<Impl>(port, limits)) {}
+
+Broker::~Broker() = default;
+
+std::uint16_t Broker::port() const { return impl_->port; }
+
+std::string Broker::url() const { return "tcpq://127.0.0.1:" + std::to_string(impl_->port); }
+
+std::int64_t Broker::dropped_messages() const { return impl_->dropped_messages; }
+
+std::int64_t Broker::refused_clients() const { return impl_->refused_clients; }
+
+}  // namespace layfigure::messaging

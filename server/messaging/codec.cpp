@@ -1,0 +1,138 @@
+#include "layfigure/messaging/codec.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "layfigure/messaging/protocol.h"
+#include "wire_scan.h"
+
+namespace layfigure::messaging {
+namespace {
+
+// Far above what a command needs, far below what could hurt.
+constexpr std::size_t kMaxText = 4096;
+constexpr std::size_t kMaxClientId = 64;
+constexpr std::size_t kMaxArguments = 64;
+constexpr std::size_t kMaxValues = 65536;
+constexpr std::size_t kFingerprint = 8;
+constexpr double kMaxPosition = 1e6;           // [m]: beyond any scene
+constexpr double kQuaternionTolerance = 1e-3;  // a client may compute in single precision
+
+bool pointer_lengths_fit(ByteView bytes) {
+  WireScan scan(bytes);
+  scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
+  scan.skip_string(kMaxClientId);
+  scan.skip(8 + 4 + 7 * 8);  // sequence, pointer, position, rotation
+  return scan.complete();
+}
+
+bool command_lengths_fit(ByteView bytes) {
+  WireScan scan(bytes);
+  scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
+  scan.skip_string(kMaxClientId);
+  scan.skip(8);  // sequence
+  scan.skip_string(kMaxText);
+  for (std::size_t left = scan.count(kMaxArguments); left > 0; --left) {
+    scan.skip_string(kMaxText);
+    scan.skip_string(kMaxText);
+    scan.skip(8 * scan.count(kMaxValues));
+  }
+  return scan.complete();
+}
+
+template <class Message>
+Decoded<Message> refused(std::string problem) {
+  return {std::nullopt, std::move(problem)};
+}
+
+template <class Message>
+Decoded<Message> decode(ByteView bytes, bool lengths_fit) {
+  Message message;
+  const int size = static_cast<int>(bytes.size());
+  if (!lengths_fit || message.decode(bytes.data(), 0, size) != size) {
+    return refused<Message>("not a layfigure." + std::string(Message::getTypeName()) + " of protocol version " +
+                            std::to_string(kProtocolVersion));
+  }
+  if (message.client_id.empty() || !is_plain_text(message.client_id)) {
+    return refused<Message>("client_id is empty or not plain UTF-8");
+  }
+  if (message.sequence < 1) {
+    return refused<Message>("sequence is " + std::to_string(message.sequence) + ", expected 1 or more");
+  }
+  return {std::move(message), {}};
+}
+
+std::string pointer_problem(const pointer_t& pointer) {
+  if (pointer.protocol_version != kProtocolVersion) {
+    return "protocol version " + std::to_string(pointer.protocol_version) + ", this server speaks " +
+           std::to_string(kProtocolVersion);
+  }
+  if (pointer.pointer < 0 || pointer.pointer >= kMaxPointers) {
+    return "pointer " + std::to_string(pointer.pointer) + ", expected 0 to " + std::to_string(kMaxPointers - 1);
+  }
+  if (!std::ranges::all_of(pointer.position, [](double x) { return std::abs(x) <= kMaxPosition; })) {
+    return "position is not finite or beyond 1e6 m";
+  }
+  double norm_squared = 0.0;
+  for (const double component : pointer.rotation) norm_squared += component * component;
+  if (!(std::abs(std::sqrt(norm_squared) - 1.0) <= kQuaternionTolerance)) {
+    return "rotation is not a unit quaternion";
+  }
+  return {};
+}
+
+/// Bytes of the UTF-8 sequence that begins with `lead`, 0 if none does.
+std::size_t sequence_length(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead < 0xE0) return 2;
+  if (lead >= 0xE0 && lead < 0xF0) return 3;
+  if (lead >= 0xF0 && lead < 0xF5) return 4;
+  return 0;
+}
+
+/// The ranges of the second byte that rule out overlong forms, surrogates and what is beyond U+10FFFF.
+bool is_second_byte(unsigned char lead, unsigned char second) {
+  if (lead == 0xE0) return second >= 0xA0 && second <= 0xBF;
+  if (lead == 0xED) return second >= 0x80 && second <= 0x9F;
+  if (lead == 0xF0) return second >= 0x90 && second <= 0xBF;
+  if (lead == 0xF4) return second >= 0x80 && second <= 0x8F;
+  return second >= 0x80 && second <= 0xBF;
+}
+
+bool is_character(std::string_view sequence) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(sequence[i]); };
+  if (sequence.size() == 1) return byte(0) >= 0x20 && byte(0) != 0x7F;
+  if (sequence.size() == 2 && byte(0) == 0xC2 && byte(1) < 0xA0) return false;  // the C1 controls
+  if (!is_second_byte(byte(0), byte(1))) return false;
+  return std::ranges::all_of(sequence.substr(2), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; });
+}
+
+}  // namespace
+
+bool is_plain_text(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = sequence_length(static_cast<unsigned char>(text.front()));
+    if (length == 0 || length > text.size() || !is_character(text.substr(0, length))) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+Decoded<pointer_t> decode_pointer(ByteView bytes) {
+  Decoded<pointer_t> decoded = decode<pointer_t>(bytes, pointer_lengths_fit(bytes));
+  if (!decoded.message) return decoded;
+  std::string problem = pointer_problem(*decoded.message);
+  return problem.empty() ? decoded : refused<pointer_t>(std::move(problem));
+}
+
+Decoded<command_t> decode_command(ByteView bytes) {
+  Decoded<command_t> decoded = decode<command_t>(bytes, command_lengths_fit(bytes));
+  if (!decoded.message) return decoded;
+  bool plain = is_plain_text(decoded.message->name);
+  for (const argument_t& argument : decoded.message->arguments) {
+    plain = plain && is_plain_text(argument.name) && is_plain_text(argument.text);
+  }
+  return plain ? decoded : refused<command_t>("a text is not plain UTF-8");
+}
+
+}  // namespace layfigure::messaging

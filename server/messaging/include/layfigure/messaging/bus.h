@@ -1,0 +1,61 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "layfigure/messaging/codec.h"
+#include "layfigure/messaging/protocol.h"
+
+namespace layfigure::messaging {
+
+/// The bus could not be opened. what() is one line that names the URL and the mend.
+class BusError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct BusSettings {
+  std::string url;             ///< of LCM: udpm://.., tcpq://..; see default_bus_url()
+  std::string channel_prefix;  ///< put before every channel's name, see is_channel_prefix()
+};
+
+/// $LCM_DEFAULT_URL if set, else multicast that does not leave this machine (udpm, ttl 0).
+[[nodiscard]] std::string default_bus_url();
+
+/// A connection to an LCM bus with a thread that receives and one that sends, so that neither a slow network nor a slow
+/// subscriber can delay who publishes. Every tcpq socket has TCP_NODELAY. A tcpq server that is lost is reported and
+/// connected to again, about once a second.
+class Bus {
+ public:
+  /// Called on the receive thread with a message's bytes, which are valid during the call only.
+  using Handler = std::function<void(ByteView)>;
+  using Handlers = std::map<Channel, Handler>;
+
+  /// Connects and subscribes. Throws BusError.
+  Bus(const BusSettings& settings, Handlers handlers);
+  /// Sends what is queued (for at most about a second), then disconnects.
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  /// Queues a message and returns at once; the order of messages is kept. If the bus does not keep up, the oldest state
+  /// messages (is_state_channel) are dropped first. Thread-safe.
+  template <class Message>
+  void publish(Channel channel, const Message& message) {
+    publish_bytes(channel, encode(message));
+  }
+
+  /// Messages that were dropped because the bus did not keep up.
+  [[nodiscard]] std::int64_t dropped_messages() const;
+
+ private:
+  void publish_bytes(Channel channel, Bytes bytes);
+
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace layfigure::messaging

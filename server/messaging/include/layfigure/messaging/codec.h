@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <layfigure/command_t.hpp>
+#include <layfigure/pointer_t.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace layfigure::messaging {
+
+using Bytes = std::vector<std::uint8_t>;
+using ByteView = std::span<const std::uint8_t>;
+
+/// The bytes of a message as LCM carries them: fingerprint, then the fields, big endian.
+template <class Message>
+[[nodiscard]] Bytes encode(const Message& message) {
+  Bytes bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+/// A message from the wire, or what is wrong with it (one line).
+template <class Message>
+struct Decoded {
+  std::optional<Message> message;
+  std::string problem;
+};
+
+/// Decodes what a client may send. Never throws and never allocates more than the bytes at hand justify, whatever they
+/// are: lengths are checked before anything is reserved. Texts must be UTF-8 without control characters.
+///
+/// A pointer is refused unless its version is ours, its number is in [0, kMaxPointers), its position finite and within
+/// 1e6 m, its rotation a unit quaternion (to 1e-3). A command is refused only for its form: its version and arguments
+/// are judged, and answered, by who carries it out.
+[[nodiscard]] Decoded<pointer_t> decode_pointer(ByteView bytes);
+[[nodiscard]] Decoded<command_t> decode_command(ByteView bytes);
+
+/// True if `text` is valid UTF-8 without control characters.
+[[nodiscard]] bool is_plain_text(std::string_view text);
+
+}  // namespace layfigure::messaging

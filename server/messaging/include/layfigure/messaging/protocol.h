@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace layfigure::messaging {
+
+/// First field of every message. A peer that speaks another version is refused.
+inline constexpr std::int32_t kProtocolVersion = 1;
+
+/// Pointers are numbered from 0 to kMaxPointers - 1.
+inline constexpr std::int32_t kMaxPointers = 16;
+
+/// Bytes of the encoded meshes_t in one mesh_chunk_t.
+inline constexpr std::size_t kMeshChunkBytes = 32 * 1024;
+
+/// LCM's limit on the length of a channel's name.
+inline constexpr std::size_t kMaxChannelLength = 63;
+
+enum class Channel { kCharacter, kMesh, kPose, kPointer, kForce, kCommand, kReply, kStatus };
+
+/// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ...
+[[nodiscard]] std::string channel_name(std::string_view prefix, Channel channel);
+
+/// True for the channels of which only the newest message matters (POSE, FORCE, STATUS, POINTER, with any prefix): a
+/// slow subscriber loses the oldest of them. Messages of all other channels are never dropped.
+[[nodiscard]] bool is_state_channel(std::string_view name);
+
+/// True if `prefix` is made of letters, digits and underscores only (it becomes part of a regular expression) and is
+/// short enough for LCM.
+[[nodiscard]] bool is_channel_prefix(std::string_view prefix);
+
+}  // namespace layfigure::messaging

@@ -1,0 +1,315 @@
+#include "layfigure/app/commands.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "recording_sink.h"
+#include "sample_messages.h"
+#include "small_doll.h"
+
+namespace layfigure::app {
+namespace {
+
+using testing::add_argument;
+using testing::make_command;
+using testing::number_argument;
+using testing::text_argument;
+
+class Commands : public ::testing::Test {
+ protected:
+  explicit Commands(ClockKind clock = ClockKind::kLockstep, doll::Doll doll = testing::small_doll())
+      : simulation_(std::move(doll), {1000.0, 60.0, clock}),
+        poses_(simulation_, sink_, 77),
+        processor_(simulation_, poses_, sink_, 77) {
+    poses_.publish_if_due();
+  }
+
+  /// Sends the next command and returns its reply.
+  reply_t send(const std::string& name, const std::vector<argument_t>& arguments = {}) {
+    command_t command = make_command(++sequence_, name);
+    for (const argument_t& argument : arguments) add_argument(command, argument);
+    return handle(command);
+  }
+
+  reply_t handle(const command_t& command) {
+    processor_.handle(command);
+    const reply_t& reply = sink_.replies.back();
+    EXPECT_EQ(reply.client_id, command.client_id);
+    EXPECT_EQ(reply.sequence, command.sequence);
+    EXPECT_EQ(reply.accepted != 0, reply.reason.empty());
+    return reply;
+  }
+
+  void point(std::int64_t sequence, const Eigen::Vector3d& position, const std::string& client = "test") {
+    simulation_.point(0, {position, Eigen::Quaterniond::Identity()}, client, sequence);
+  }
+
+  RecordingSink sink_;
+  Simulation simulation_;
+  PosePublisher poses_;
+  CommandProcessor processor_;
+  std::int64_t sequence_{0};
+};
+
+class RealtimeCommands : public Commands {
+ protected:
+  RealtimeCommands() : Commands(ClockKind::kRealtime) {}
+};
+
+doll::Doll doll_under(double gravity) {
+  doll::Doll doll = testing::small_doll();
+  doll.definition.gravity = {0, 0, -gravity};
+  return doll;
+}
+
+/// A doll under the greatest gravity for which the first step is finite: as it gets faster, a later one is not.
+doll::Doll doomed_doll() {
+  double gravity = 1e100;
+  while (Simulation(doll_under(2.0 * gravity), {}).advance()) gravity *= 2.0;
+  return doll_under(gravity);
+}
+
+class DoomedCommands : public Commands {
+ protected:
+  DoomedCommands() : Commands(ClockKind::kLockstep, doomed_doll()) {}
+};
+
+std::vector<double> result(const reply_t& reply, const std::string& name) {
+  for (const argument_t& value : reply.results) {
+    if (value.name == name) return value.values;
+  }
+  return {};
+}
+
+TEST_F(Commands, Unknown_RefusedByName) { EXPECT_EQ(send("dance").reason, "unknown command 'dance'"); }
+
+TEST_F(Commands, OtherProtocolVersion_RefusedNamingBoth) {
+  command_t command = make_command(1, "key");
+  command.protocol_version = 2;
+  EXPECT_EQ(handle(command).reason, "protocol version 2, this server speaks 1");
+}
+
+TEST_F(Commands, UnknownArgument_RefusedByEachCommand) {
+  for (const char* name : {"grab", "release", "key", "reset", "step", "get_character", "get_mesh", "shutdown"}) {
+    const reply_t reply = send(name, {number_argument("colour", {1.0})});
+    EXPECT_EQ(reply.reason, std::string(name) + " has no argument 'colour'");
+  }
+  EXPECT_EQ(simulation_.steps(), 0);
+  EXPECT_FALSE(processor_.shutdown_requested());
+}
+
+TEST_F(Commands, Grab_AnswersWhatIsHeld) {
+  const reply_t reply = send("grab", {text_argument("bone", "arm"), number_argument("point", {0.1, 0, 0})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(result(reply, "joint"), (std::vector<double>{2}));
+  ASSERT_EQ(result(reply, "position").size(), 3U);
+  EXPECT_NEAR(result(reply, "position")[0], 0.5, 1e-12);
+  EXPECT_GT(result(reply, "stiffness")[0], 0.0);
+  EXPECT_GT(result(reply, "damping")[0], 0.0);
+}
+
+TEST_F(Commands, GrabWithGains_TakesThem) {
+  const reply_t reply =
+      send("grab", {text_argument("bone", "arm"), number_argument("stiffness", {500}), number_argument("damping", {7}),
+                    text_argument("mode", "6dof"), number_argument("pointer", {3})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  const dynamics::Coupling& coupling = simulation_.pointers().at(3).grip()->coupling;
+  EXPECT_EQ(coupling.stiffness, 500.0);
+  EXPECT_EQ(coupling.damping, 7.0);
+  EXPECT_GT(coupling.angular_stiffness, 0.0);
+}
+
+TEST_F(Commands, BadGrab_RefusedAndNothingHeld) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::pair<std::vector<argument_t>, std::string>> cases{
+      {{}, "bone"},
+      {{text_argument("bone", "tail")}, "tail"},
+      {{number_argument("bone", {2})}, "bone"},
+      {{text_argument("bone", "arm"), number_argument("pointer", {16})}, "pointer"},
+      {{text_argument("bone", "arm"), number_argument("pointer", {0.5})}, "pointer"},
+      {{text_argument("bone", "arm"), number_argument("point", {1, 2})}, "point"},
+      {{text_argument("bone", "arm"), number_argument("point", {1, 2, nan})}, "point"},
+      {{text_argument("bone", "arm"), number_argument("stiffness", {-1})}, "stiffness"},
+      {{text_argument("bone", "arm"), number_argument("stiffness", {nan})}, "stiffness"},
+      {{text_argument("bone", "arm"), number_argument("damping", {1e10})}, "damping"},
+      {{text_argument("bone", "arm"), text_argument("mode", "2dof")}, "2dof"},
+  };
+  for (const auto& [arguments, word] : cases) {
+    const reply_t reply = send("grab", arguments);
+    EXPECT_FALSE(reply.accepted) << word;
+    EXPECT_NE(reply.reason.find(word), std::string::npos) << reply.reason;
+    EXPECT_TRUE(simulation_.pointers().empty()) << word;
+  }
+}
+
+TEST_F(Commands, Release_LetsGoOnce) {
+  send("grab", {text_argument("bone", "arm")});
+  EXPECT_TRUE(send("release").accepted);
+  EXPECT_EQ(send("release").reason, "pointer 0 holds nothing");
+}
+
+TEST_F(Commands, Step_AdvancesAndPublishesPosesBeforeTheReply) {
+  const reply_t reply = send("step", {number_argument("count", {100})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(simulation_.steps(), 100);
+  EXPECT_EQ(sink_.poses.size(), 7U);
+  EXPECT_EQ(reply.time_us, 100000);
+  EXPECT_EQ(result(reply, "steps"), (std::vector<double>{100}));
+  EXPECT_TRUE(send("step").accepted);
+  EXPECT_EQ(simulation_.steps(), 101);
+}
+
+TEST_F(Commands, BadStep_RefusedAndTimeStandsStill) {
+  for (const double count : {0.0, -1.0, 1.5, 10001.0, std::numeric_limits<double>::infinity()}) {
+    EXPECT_FALSE(send("step", {number_argument("count", {count})}).accepted) << count;
+  }
+  EXPECT_FALSE(send("step", {number_argument("pointer_sequence", {0})}).accepted);
+  EXPECT_FALSE(send("step", {number_argument("pointer_sequence", {0, -1})}).accepted);
+  EXPECT_FALSE(send("step", {number_argument("pointer_sequence", {4294967296.0, 1})}).accepted);
+  EXPECT_EQ(simulation_.steps(), 0);
+}
+
+TEST_F(Commands, StepBeforeItsPointerMessage_RefusedUntilItComes) {
+  point(11, {0, 0, 0});
+  EXPECT_EQ(send("step", {number_argument("pointer_sequence", {0, 12})}).reason,
+            "pointer 0: message 12 has not arrived; send it again");
+  point(12, {0, 0, 0}, "another");
+  EXPECT_FALSE(send("step", {number_argument("pointer_sequence", {0, 12})}).accepted);
+  point(12, {0, 0, 0});
+  EXPECT_TRUE(send("step", {number_argument("pointer_sequence", {0, 12})}).accepted);
+  EXPECT_FALSE(send("step", {number_argument("pointer_sequence", {0, 12, 1, 1})}).accepted);
+  EXPECT_EQ(simulation_.steps(), 1);
+}
+
+TEST_F(Commands, StepWithAGrip_GlidesOverItsWholeCount) {
+  send("grab", {text_argument("bone", "tip")});
+  point(1, {0.6, 0, 1.5});
+  send("step", {number_argument("count", {50})});
+  EXPECT_EQ(simulation_.pointers().at(0).pose().position, Eigen::Vector3d(0.6, 0, 1.5));
+  const force_t& force = sink_.forces.back();
+  EXPECT_NEAR(force.target[2], 1.5, 1e-12);
+}
+
+TEST_F(RealtimeCommands, Step_RefusedNamingTheClock) {
+  EXPECT_NE(send("step").reason.find("lockstep"), std::string::npos);
+  EXPECT_EQ(simulation_.steps(), 0);
+}
+
+TEST_F(DoomedCommands, StepThatFails_SaysHowFarItCameThenRefusesUntilReset) {
+  const reply_t reply = send("step", {number_argument("count", {10000})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_GT(simulation_.steps(), 0);
+  EXPECT_EQ(result(reply, "steps"), (std::vector<double>{static_cast<double>(simulation_.steps())}));
+  EXPECT_LT(simulation_.steps(), 10000);
+  EXPECT_EQ(send("step").reason, simulation_.failure());
+  EXPECT_TRUE(send("key").accepted);
+  EXPECT_TRUE(send("reset").accepted);
+  EXPECT_TRUE(send("step").accepted);
+}
+
+TEST_F(Commands, Repeated_AnsweredAgainAndNotCarriedOutAgain) {
+  command_t command = make_command(1, "step");
+  add_argument(command, number_argument("count", {5}));
+  const reply_t first = handle(command);
+  const reply_t second = handle(command);
+  EXPECT_EQ(messaging::encode(first), messaging::encode(second));
+  EXPECT_EQ(simulation_.steps(), 5);
+  command.client_id = "another";
+  handle(command);
+  EXPECT_EQ(simulation_.steps(), 10);
+}
+
+TEST_F(Commands, SequenceTooOldToKnow_Refused) {
+  for (int i = 0; i < 100; ++i) send("step");
+  const reply_t reply = handle(make_command(1, "step"));
+  EXPECT_FALSE(reply.accepted);
+  EXPECT_NE(reply.reason.find("too old"), std::string::npos);
+  EXPECT_EQ(simulation_.steps(), 100);
+}
+
+TEST_F(Commands, Key_AnswersTimeAndPose) {
+  send("step", {number_argument("count", {100})});
+  const reply_t reply = send("key");
+  EXPECT_EQ(result(reply, "time_us"), (std::vector<double>{100000}));
+  EXPECT_EQ(result(reply, "pose"), (std::vector<double>{6}));
+}
+
+TEST_F(Commands, Reset_GoesBackToTheInitialPose) {
+  send("grab", {text_argument("bone", "tip")});
+  point(1, {0.5, 0, 1.3});
+  send("step", {number_argument("count", {500})});
+  ASSERT_TRUE(send("reset").accepted);
+  EXPECT_EQ(simulation_.energy().elastic, 0.0);
+  EXPECT_FALSE(simulation_.pointers().at(0).grip());
+}
+
+TEST_F(Commands, GetCharacter_PublishesItAndTheNewestPose) {
+  EXPECT_TRUE(send("get_character").accepted);
+  ASSERT_EQ(sink_.characters.size(), 1U);
+  EXPECT_EQ(sink_.characters[0].joint_count, 4);
+  ASSERT_EQ(sink_.poses.size(), 2U);
+  EXPECT_EQ(sink_.poses[1].sequence, sink_.poses[0].sequence);
+}
+
+TEST_F(Commands, GetMesh_PublishesAllOrTheChunksAskedFor) {
+  const reply_t reply = send("get_mesh");
+  ASSERT_TRUE(reply.accepted);
+  EXPECT_EQ(result(reply, "chunks"), (std::vector<double>{1}));
+  ASSERT_EQ(sink_.chunks.size(), 1U);
+  EXPECT_EQ(sink_.chunks[0].server_id, 77);
+  EXPECT_TRUE(send("get_mesh", {number_argument("chunks", {0})}).accepted);
+  EXPECT_EQ(sink_.chunks.size(), 2U);
+}
+
+TEST_F(Commands, GetMeshBeyondTheLast_RefusedAndNothingSent) {
+  EXPECT_FALSE(send("get_mesh", {number_argument("chunks", {1})}).accepted);
+  EXPECT_FALSE(send("get_mesh", {number_argument("chunks", {-1})}).accepted);
+  EXPECT_FALSE(send("get_mesh", {number_argument("chunks", {0, 0})}).accepted);
+  EXPECT_TRUE(sink_.chunks.empty());
+}
+
+TEST_F(Commands, Shutdown_Requested) {
+  EXPECT_FALSE(processor_.shutdown_requested());
+  EXPECT_TRUE(send("shutdown").accepted);
+  EXPECT_TRUE(processor_.shutdown_requested());
+}
+
+/// The poses and forces of a script of two hands.
+std::vector<messaging::Bytes> play_script() {
+  RecordingSink sink;
+  Simulation simulation(testing::small_doll(), {1000.0, 60.0, ClockKind::kLockstep});
+  PosePublisher poses(simulation, sink, 77);
+  CommandProcessor processor(simulation, poses, sink, 77);
+  poses.publish_if_due();
+  std::int64_t sequence = 0;
+  const auto send = [&](const std::string& name, const std::vector<argument_t>& arguments) {
+    command_t command = make_command(++sequence, name);
+    for (const argument_t& argument : arguments) add_argument(command, argument);
+    processor.handle(command);
+    EXPECT_TRUE(sink.replies.back().accepted) << sink.replies.back().reason;
+  };
+  send("grab", {text_argument("bone", "tip")});
+  send("grab", {text_argument("bone", "spine"), number_argument("pointer", {1}), text_argument("mode", "6dof")});
+  for (int i = 1; i <= 30; ++i) {
+    simulation.point(0, {{0.6 - 0.01 * i, 0.003 * i, 1.0 + 0.01 * i}, Eigen::Quaterniond::Identity()}, "test", i);
+    send("step", {number_argument("count", {16}), number_argument("pointer_sequence", {0, static_cast<double>(i)})});
+  }
+  send("release", {});
+  send("step", {number_argument("count", {500})});
+  std::vector<messaging::Bytes> bytes;
+  for (const pose_t& pose : sink.poses) bytes.push_back(messaging::encode(pose));
+  for (const force_t& force : sink.forces) bytes.push_back(messaging::encode(force));
+  return bytes;
+}
+
+TEST(LockstepScript, PlayedTwice_GivesIdenticalBytes) {
+  const std::vector<messaging::Bytes> first = play_script();
+  EXPECT_GT(first.size(), 50U);
+  EXPECT_EQ(first, play_script());
+}
+
+}  // namespace
+}  // namespace layfigure::app

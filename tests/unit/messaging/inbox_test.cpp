@@ -1,0 +1,115 @@
+#include "layfigure/messaging/inbox.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <thread>
+
+#include "sample_messages.h"
+
+namespace layfigure::messaging {
+namespace {
+
+using Clock = Inbox::Clock;
+using testing::make_command;
+
+pointer_t make_pointer(int id, std::int64_t sequence, const std::string& client = "test") {
+  pointer_t pointer = testing::sample_pointer();
+  pointer.client_id = client;
+  pointer.pointer = id;
+  pointer.sequence = sequence;
+  return pointer;
+}
+
+/// "p<id>:<sequence>" and "c<sequence>" for each event.
+std::string summary(const std::vector<Inbox::Event>& events) {
+  std::ostringstream text;
+  for (const Inbox::Event& event : events) {
+    if (const auto* pointer = std::get_if<pointer_t>(&event)) {
+      text << "p" << pointer->pointer << ":" << pointer->sequence << " ";
+    } else {
+      text << "c" << std::get<command_t>(event).sequence << " ";
+    }
+  }
+  return text.str();
+}
+
+void send(Inbox& inbox, const pointer_t& pointer) { inbox.receive_pointer(encode(pointer)); }
+void send(Inbox& inbox, const command_t& command) { inbox.receive_command(encode(command)); }
+
+TEST(Inbox, PointersOnly_NewestOfEachWins) {
+  Inbox inbox;
+  for (int sequence = 1; sequence <= 100; ++sequence) send(inbox, make_pointer(sequence % 2, sequence));
+  EXPECT_EQ(summary(inbox.take()), "p1:99 p0:100 ");
+  EXPECT_TRUE(inbox.take().empty());
+}
+
+TEST(Inbox, CommandBetweenPointers_KeepsBoth) {
+  Inbox inbox;
+  send(inbox, make_pointer(0, 1));
+  send(inbox, make_command(1, "grab"));
+  send(inbox, make_pointer(0, 2));
+  send(inbox, make_pointer(0, 3));
+  EXPECT_EQ(summary(inbox.take()), "p0:1 c1 p0:3 ");
+}
+
+TEST(Inbox, OlderPointerOfTheSameClient_DoesNotReplaceANewerOne) {
+  Inbox inbox;
+  send(inbox, make_pointer(0, 5));
+  send(inbox, make_pointer(0, 4));
+  send(inbox, make_pointer(0, 2, "another"));
+  EXPECT_EQ(summary(inbox.take()), "p0:2 ");
+}
+
+TEST(Inbox, ManyCommands_AllKeptInOrder) {
+  Inbox inbox;
+  for (int sequence = 1; sequence <= 5000; ++sequence) send(inbox, make_command(sequence, "key"));
+  const std::vector<Inbox::Event> events = inbox.take();
+  ASSERT_EQ(events.size(), 5000U);
+  for (int i = 0; i < 5000; ++i) EXPECT_EQ(std::get<command_t>(events[static_cast<std::size_t>(i)]).sequence, i + 1);
+}
+
+TEST(Inbox, MoreThanCanWait_CountedAsBad) {
+  Inbox inbox;
+  const Bytes command = encode(make_command(1, "key"));
+  for (int i = 0; i < 65536 + 3; ++i) inbox.receive_command(command);
+  EXPECT_EQ(inbox.bad_messages(), 3);
+  EXPECT_EQ(inbox.take().size(), 65536U);
+}
+
+TEST(Inbox, Garbage_CountedAndNotQueued) {
+  Inbox inbox;
+  const Bytes garbage(100, 0xab);
+  inbox.receive_pointer(garbage);
+  inbox.receive_command(garbage);
+  inbox.receive_command({});
+  EXPECT_EQ(inbox.bad_messages(), 3);
+  EXPECT_TRUE(inbox.take().empty());
+}
+
+TEST(InboxWait, NothingArrives_ReturnsAtTheDeadline) {
+  Inbox inbox;
+  const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(20);
+  inbox.wait_until(deadline);
+  EXPECT_GE(Clock::now(), deadline);
+}
+
+TEST(InboxWait, MessageFromAnotherThread_EndsIt) {
+  Inbox inbox;
+  std::thread sender([&] { send(inbox, make_command(1, "key")); });
+  inbox.wait_until(Clock::time_point::max());
+  sender.join();
+  EXPECT_EQ(summary(inbox.take()), "c1 ");
+}
+
+TEST(InboxWait, InterruptBeforehand_EndsOnlyTheNextWait) {
+  Inbox inbox;
+  inbox.interrupt();
+  inbox.wait_until(Clock::time_point::max());
+  const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(20);
+  inbox.wait_until(deadline);
+  EXPECT_GE(Clock::now(), deadline);
+}
+
+}  // namespace
+}  // namespace layfigure::messaging
