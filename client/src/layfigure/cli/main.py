@@ -1,0 +1,70 @@
+"""The command `layfigure`. Exit codes: 0 done, 1 failed, 2 usage."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from layfigure import __version__
+from layfigure.cli import check, commands, pictures, play, record
+from layfigure.errors import LayfigureError, UsageError
+
+EPILOG = """\
+examples:
+  layfigure record take.usda                   record until Ctrl-C, or until the server leaves
+  layfigure play demo.toml                     let scripted hands pose the doll
+  layfigure check take.usda                    validate what was written
+  layfigure preview take.usda -o take.png      draw it
+  layfigure status                             is a server there?
+
+Without --lcm-url the bus is $LCM_DEFAULT_URL, else LCM's multicast on this machine.
+'layfigure COMMAND --help' tells more of each.
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the whole usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'\n")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    parser = Parser(
+        prog="layfigure",
+        description="Records, plays and checks the takes of a layfigure-server.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"layfigure {__version__}")
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for module in (record, play, check, pictures, commands):
+        module.add_parsers(subparsers)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    logging.basicConfig(format="layfigure: warning: %(message)s", level=logging.WARNING, stream=sys.stderr)
+    options = build_parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        options.run(options)
+        sys.stdout.flush()
+    except UsageError as error:
+        print(f"layfigure: {error}", file=sys.stderr)
+        return 2
+    except LayfigureError as error:
+        print(f"layfigure: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("layfigure: interrupted", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # whoever read our output has gone; nothing more can be said to it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    return 0

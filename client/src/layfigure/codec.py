@@ -1,0 +1,223 @@
+"""Between bytes on the wire and the plain data of protocol.py; the only module that sees the generated types.
+
+Every decoder raises ProtocolError, with a reason in one line, for bytes of another type or version, for numbers that
+are not finite and for counts or indices that cannot be: what leaves this module can be computed with.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from layfigure import messages
+from layfigure.errors import ProtocolError
+from layfigure.protocol import (
+    PROTOCOL_VERSION,
+    Argument,
+    Character,
+    Command,
+    Floats,
+    Force,
+    Joint,
+    Mesh,
+    MeshChunk,
+    Pointer,
+    Pose,
+    Reply,
+    Status,
+)
+
+MAX_JOINTS = 100_000
+_UNIT_TOLERANCE = 1e-3  # a quaternion further from unit length is no rounding error
+
+
+def decode_character(data: bytes) -> Character:
+    raw = _decode(messages.character_t, data)
+    joints = tuple(_joint(raw.joints, index) for index in range(raw.joint_count))
+    if not 0 < len(joints) <= MAX_JOINTS:
+        raise ProtocolError(f"character '{raw.name}' has {len(joints)} joints, expected 1 to {MAX_JOINTS}")
+    for name in ("physics_hz", "pose_hz"):
+        if not (np.isfinite(getattr(raw, name)) and getattr(raw, name) > 0):
+            raise ProtocolError(f"character '{raw.name}': {name} is {getattr(raw, name)}, expected a positive number")
+    return Character(
+        time_us=raw.time_us,
+        server_id=raw.server_id,
+        name=raw.name,
+        source_file=raw.source_file,
+        content_hash=raw.content_hash,
+        physics_hz=raw.physics_hz,
+        pose_hz=raw.pose_hz,
+        clock=raw.clock,
+        mesh_bytes=raw.mesh_bytes,
+        joints=joints,
+    )
+
+
+def _joint(joints: Sequence[Any], index: int) -> Joint:
+    raw = joints[index]
+    if not -1 <= raw.parent < index:
+        raise ProtocolError(f"joint '{raw.name}' has parent {raw.parent}, expected an earlier joint or -1")
+    if np.isnan(raw.yield_torque):
+        raise ProtocolError(f"joint '{raw.name}': the yield torque is not a number")
+    return Joint(
+        name=raw.name,
+        parent=raw.parent,
+        rest_translation=_finite(raw.rest_translation, "rest_translation"),
+        rest_rotation=_rotations(raw.rest_rotation, "rest_rotation"),
+        bind_translation=_finite(raw.bind_translation, "bind_translation"),
+        bind_rotation=_rotations(raw.bind_rotation, "bind_rotation"),
+        is_body=bool(raw.is_body),
+        mass=float(_finite(raw.mass, "mass")),
+        stiffness=float(_finite(raw.stiffness, "stiffness")),
+        yield_torque=raw.yield_torque,
+    )
+
+
+def decode_mesh_chunk(data: bytes) -> MeshChunk:
+    raw = _decode(messages.mesh_chunk_t, data)
+    if not 0 <= raw.index < raw.total:
+        raise ProtocolError(f"mesh chunk {raw.index} of {raw.total}")
+    if len(raw.bytes) != raw.byte_count:  # the generated decoder takes what there is
+        raise ProtocolError(f"not a whole mesh_chunk_t: {len(raw.bytes)} bytes, expected {raw.byte_count}")
+    return MeshChunk(
+        server_id=raw.server_id,
+        content_hash=raw.content_hash,
+        index=raw.index,
+        total=raw.total,
+        data=bytes(raw.bytes),
+    )
+
+
+def decode_meshes(data: bytes, joint_count: int) -> tuple[Mesh, ...]:
+    """Decodes the joined chunks; `joint_count` bounds the joint indices."""
+    raw = _decode(messages.meshes_t, data, versioned=False)
+    return tuple(_mesh(mesh, joint_count) for mesh in raw.meshes)
+
+
+def _mesh(raw: Any, joint_count: int) -> Mesh:
+    vertices, influences = raw.vertex_count, raw.influence_count
+    mesh = Mesh(
+        name=raw.name,
+        color=_finite(raw.color, "color"),
+        points=_finite(raw.points, "points").astype(np.float32).reshape(vertices, 3),
+        triangles=np.array(raw.triangles, np.int32).reshape(raw.triangle_count, 3),
+        joint_indices=np.array(raw.joint_indices, np.int32).reshape(vertices, influences),
+        joint_weights=_finite(raw.joint_weights, "joint_weights").astype(np.float32).reshape(vertices, influences),
+    )
+    for name, indices, end in (("vertex", mesh.triangles, vertices), ("joint", mesh.joint_indices, joint_count)):
+        if indices.size and not (indices.min() >= 0 and indices.max() < end):
+            raise ProtocolError(f"mesh '{raw.name}': a {name} index is out of range, expected 0 to {end - 1}")
+    return mesh
+
+
+def decode_pose(data: bytes) -> Pose:
+    raw = _decode(messages.pose_t, data)
+    return Pose(
+        time_us=raw.time_us,
+        server_id=raw.server_id,
+        content_hash=raw.content_hash,
+        sequence=raw.sequence,
+        step=raw.step,
+        root_translation=_finite(raw.root_translation, "root_translation"),
+        rotations=_rotations(raw.rotations, "rotations").reshape(-1, 4),
+        rest_rotations=_rotations(raw.rest_rotations, "rest_rotations").reshape(-1, 4),
+        torques=_finite(raw.torques, "torques").reshape(-1, 3),
+        yielded=np.array(raw.yielded, np.bool_),
+    )
+
+
+def decode_force(data: bytes) -> Force:
+    raw = _decode(messages.force_t, data)
+    return Force(
+        time_us=raw.time_us,
+        server_id=raw.server_id,
+        sequence=raw.sequence,
+        pointer=raw.pointer,
+        attached=bool(raw.attached),
+        joint=raw.joint,
+        position=_finite(raw.position, "position"),
+        target=_finite(raw.target, "target"),
+        force=_finite(raw.force, "force"),
+        torque=_finite(raw.torque, "torque"),
+    )
+
+
+def decode_status(data: bytes) -> Status:
+    raw = _decode(messages.status_t, data)
+    return Status(**{name: getattr(raw, name) for name in Status.__dataclass_fields__})
+
+
+def decode_reply(data: bytes) -> Reply:
+    raw = _decode(messages.reply_t, data)
+    return Reply(
+        time_us=raw.time_us,
+        server_id=raw.server_id,
+        client_id=raw.client_id,
+        sequence=raw.sequence,
+        accepted=bool(raw.accepted),
+        reason=raw.reason,
+        results=tuple(Argument(result.name, result.text, tuple(result.values)) for result in raw.results),
+    )
+
+
+def encode_command(command: Command) -> bytes:
+    raw = messages.command_t()
+    raw.protocol_version = PROTOCOL_VERSION
+    raw.time_us = command.time_us
+    raw.client_id = command.client_id
+    raw.sequence = command.sequence
+    raw.name = command.name
+    raw.argument_count = len(command.arguments)
+    raw.arguments = [_raw_argument(argument) for argument in command.arguments]
+    return bytes(raw.encode())
+
+
+def _raw_argument(argument: Argument) -> Any:
+    raw = messages.argument_t()
+    raw.name = argument.name
+    raw.text = argument.text
+    raw.value_count = len(argument.values)
+    raw.values = list(argument.values)
+    return raw
+
+
+def encode_pointer(pointer: Pointer) -> bytes:
+    raw = messages.pointer_t()
+    raw.protocol_version = PROTOCOL_VERSION
+    raw.time_us = pointer.time_us
+    raw.client_id = pointer.client_id
+    raw.sequence = pointer.sequence
+    raw.pointer = pointer.pointer
+    raw.position = pointer.position.tolist()
+    raw.rotation = pointer.rotation.tolist()
+    return bytes(raw.encode())
+
+
+def _decode(message_type: Any, data: bytes, versioned: bool = True) -> Any:
+    name = message_type.__name__
+    try:
+        raw = message_type.decode(data)
+    except (ValueError, struct.error, AssertionError, IndexError, MemoryError) as error:
+        raise ProtocolError(f"not a whole {name} of this version ({len(data)} bytes)") from error
+    if versioned and raw.protocol_version != PROTOCOL_VERSION:
+        raise ProtocolError(f"{name} of protocol version {raw.protocol_version}, expected {PROTOCOL_VERSION}")
+    return raw
+
+
+def _finite(values: Any, name: str) -> Floats:
+    array = np.asarray(values, np.float64)
+    if not np.isfinite(array).all():
+        raise ProtocolError(f"{name} holds a value that is not finite")
+    return array
+
+
+def _rotations(values: Any, name: str) -> Floats:
+    array = _finite(values, name).reshape(-1, 4)
+    lengths = np.linalg.norm(array, axis=1, keepdims=True)
+    if not (np.abs(lengths - 1.0) < _UNIT_TOLERANCE).all():
+        raise ProtocolError(f"{name} holds a quaternion that is not of unit length")
+    unit: Floats = array / lengths
+    return unit.reshape(np.shape(values)) if unit.size else unit

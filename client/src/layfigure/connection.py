@@ -1,0 +1,138 @@
+"""Commands and pointer poses to a server, and the character it answers with."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import time
+
+import numpy as np
+
+from layfigure import codec
+from layfigure.bus import Bus
+from layfigure.errors import NoReplyError, RefusedError
+from layfigure.mesh_assembly import MeshAssembly
+from layfigure.protocol import (
+    CHARACTER_CHANNEL,
+    COMMAND_CHANNEL,
+    MESH_CHANNEL,
+    POINTER_CHANNEL,
+    REPLY_CHANNEL,
+    STATUS_CHANNEL,
+    Argument,
+    Character,
+    Command,
+    Floats,
+    Mesh,
+    Pointer,
+    Reply,
+    Status,
+)
+from layfigure.servers import ServerWatch
+
+RESEND_AFTER_S = 0.5
+REPLY_TIMEOUT_S = 5.0
+MESH_TIMEOUT_S = 20.0
+_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+class Connection:
+    """One client of the server on `bus`. Its id is new for every connection, so that two clients are told apart."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.bus = bus
+        self.client_id = f"layfigure-{os.getpid()}-{secrets.token_hex(4)}"
+        self._command_sequence = 0
+        self._pointer_sequence = 0
+        self._reply: Reply | None = None
+        self._character: Character | None = None
+        self._assembly: MeshAssembly | None = None
+        self.watch = ServerWatch()
+        self.status: Status | None = None  # the newest heartbeat
+        bus.subscribe(REPLY_CHANNEL, self._on_reply)
+        bus.subscribe(CHARACTER_CHANNEL, self._on_character)
+        bus.subscribe(MESH_CHANNEL, self._on_mesh_chunk)
+        bus.subscribe(STATUS_CHANNEL, self._on_status)
+
+    def command(self, name: str, *arguments: Argument, timeout_s: float = REPLY_TIMEOUT_S) -> Reply:
+        """Sends a command until it is answered: it carries its sequence number, so it is carried out once.
+
+        Raises RefusedError with the server's reason, or NoReplyError after `timeout_s`.
+        """
+        self._command_sequence += 1
+        self._reply = None
+        command = Command(_wall_clock_us(), self.client_id, self._command_sequence, name, arguments)
+        deadline = time.monotonic() + timeout_s
+        while self._reply is None:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0:
+                raise NoReplyError(
+                    f"no server answered '{name}' on '{self.bus.url}' within {timeout_s:g} s: is layfigure-server "
+                    "running there?"
+                )
+            self.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
+            self.bus.wait_until(lambda: self._reply is not None, min(RESEND_AFTER_S, remaining))
+        if not self._reply.accepted:
+            raise RefusedError(self._reply.reason)
+        return self._reply
+
+    def send_pointer(self, pointer: int, position: Floats) -> int:
+        """Says where a pointer is to be [m, world]; returns the message's sequence number."""
+        self._pointer_sequence += 1
+        message = Pointer(_wall_clock_us(), self.client_id, self._pointer_sequence, pointer, position, _IDENTITY)
+        self.bus.publish(POINTER_CHANNEL, codec.encode_pointer(message))
+        return self._pointer_sequence
+
+    def fetch_character(self, timeout_s: float = REPLY_TIMEOUT_S) -> Character:
+        self._character = None
+        self.command("get_character", timeout_s=timeout_s)
+        if not self.bus.wait_until(lambda: self._character is not None, timeout_s):
+            raise NoReplyError("the server accepted 'get_character' but sent no character it can be read from")
+        assert self._character is not None
+        return self._character
+
+    def fetch_meshes(self, character: Character, timeout_s: float = MESH_TIMEOUT_S) -> tuple[Mesh, ...]:
+        """The character's skinned meshes. Chunks that are lost on the way are asked for again."""
+        self._assembly = assembly = MeshAssembly(character)
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            missing = tuple(map(float, assembly.missing()))
+            self.command("get_mesh", *([Argument("chunks", values=missing)] if missing else []))
+            if self.bus.wait_until(lambda: assembly.complete, RESEND_AFTER_S):
+                return assembly.meshes()
+        raise NoReplyError(f"the mesh of '{character.name}' did not arrive whole within {timeout_s:g} s")
+
+    def wait_for_status(self, timeout_s: float = REPLY_TIMEOUT_S) -> Status:
+        """The next heartbeat."""
+        self.status = None
+        if not self.bus.wait_until(lambda: self.status is not None, timeout_s):
+            raise NoReplyError(
+                f"no server is heard on '{self.bus.url}' within {timeout_s:g} s: is layfigure-server running there?"
+            )
+        assert self.status is not None
+        return self.status
+
+    def _on_reply(self, data: bytes) -> None:
+        reply = codec.decode_reply(data)
+        if reply.client_id != self.client_id or reply.sequence != self._command_sequence:
+            return
+        self.watch.hear(reply.server_id)
+        self._reply = reply
+
+    def _on_character(self, data: bytes) -> None:
+        character = codec.decode_character(data)
+        self.watch.hear(character.server_id)
+        self._character = character
+
+    def _on_status(self, data: bytes) -> None:
+        status = codec.decode_status(data)
+        self.watch.hear(status.server_id)
+        self.status = status
+
+    def _on_mesh_chunk(self, data: bytes) -> None:
+        if self._assembly is not None:
+            self._assembly.add(codec.decode_mesh_chunk(data))
+
+
+def _wall_clock_us() -> int:
+    return time.time_ns() // 1000

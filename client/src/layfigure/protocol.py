@@ -1,0 +1,174 @@
+"""What goes over the wire, as plain immutable data.
+
+Units are SI, the world is Z up, quaternions are w x y z and map the joint's frame to its parent's (a root's: to the
+world). Arrays are NumPy's; their shapes stand in the comments, with J joints, V vertices, T triangles, K influences.
+The .lcm files under server/messaging/types are the reference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from layfigure.errors import ProtocolError
+
+PROTOCOL_VERSION = 1
+
+CHARACTER_CHANNEL = "LAYFIGURE_CHARACTER"
+MESH_CHANNEL = "LAYFIGURE_MESH"
+POSE_CHANNEL = "LAYFIGURE_POSE"
+POINTER_CHANNEL = "LAYFIGURE_POINTER"
+FORCE_CHANNEL = "LAYFIGURE_FORCE"
+COMMAND_CHANNEL = "LAYFIGURE_COMMAND"
+REPLY_CHANNEL = "LAYFIGURE_REPLY"
+STATUS_CHANNEL = "LAYFIGURE_STATUS"
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+Ints = NDArray[np.int32]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    name: str
+    parent: int  # index of an earlier joint, -1 for a root
+    rest_translation: Floats  # (3) in the parent joint's frame; a root's: in the world [m]
+    rest_rotation: Floats  # (4)
+    bind_translation: Floats  # (3) in the world [m]
+    bind_rotation: Floats  # (4) joint -> world
+    is_body: bool  # False: it rides rigidly on its parent
+    mass: float  # [kg]
+    stiffness: float  # [N m/rad]
+    yield_torque: float  # [N m], infinity for an elastic joint
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    time_us: int
+    server_id: int
+    name: str
+    source_file: str
+    content_hash: int
+    physics_hz: float
+    pose_hz: float
+    clock: str  # "realtime" or "lockstep"
+    mesh_bytes: int
+    joints: tuple[Joint, ...]  # parents before children
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    name: str
+    color: Floats  # (3) linear RGB
+    points: Floats32  # (V, 3) in the bind pose, world [m]
+    triangles: Ints  # (T, 3)
+    joint_indices: Ints  # (V, K)
+    joint_weights: Floats32  # (V, K), each row sums to 1
+
+
+@dataclass(frozen=True)
+class MeshChunk:
+    server_id: int
+    content_hash: int
+    index: int
+    total: int
+    data: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    time_us: int  # simulation time
+    server_id: int
+    content_hash: int
+    sequence: int
+    step: int
+    root_translation: Floats  # (3) [m]
+    rotations: Floats  # (J, 4)
+    rest_rotations: Floats  # (J, 4)
+    torques: Floats  # (J, 3) [N m]
+    yielded: Bools  # (J)
+
+
+@dataclass(frozen=True, eq=False)
+class Force:
+    time_us: int
+    server_id: int
+    sequence: int
+    pointer: int
+    attached: bool
+    joint: int
+    position: Floats  # (3) of the held point, world [m]
+    target: Floats  # (3) of the pointer, world [m]
+    force: Floats  # (3) on the doll, world [N]
+    torque: Floats  # (3) on the doll about the held point, world [N m]
+
+
+@dataclass(frozen=True)
+class Status:
+    time_us: int
+    server_id: int
+    state: str  # "running", "failed" or "leaving"
+    detail: str
+    clock: str
+    content_hash: int
+    steps: int
+    poses: int
+    late_steps: int
+    step_us_p50: float
+    step_us_p99: float
+    step_us_max: float
+    realtime_factor: float
+    yielding_joints: int
+    kinetic_energy: float  # [J]
+    elastic_energy: float  # [J]
+    bad_messages: int
+    dropped_messages: int
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A named value of a command or of a reply: a text, numbers, or both."""
+
+    name: str
+    text: str = ""
+    values: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reply:
+    time_us: int
+    server_id: int
+    client_id: str
+    sequence: int
+    accepted: bool
+    reason: str
+    results: tuple[Argument, ...]
+
+    def values(self, name: str) -> tuple[float, ...]:
+        """The numbers of a result. Raises ProtocolError if the reply has none of that name."""
+        for result in self.results:
+            if result.name == name and result.values:
+                return result.values
+        raise ProtocolError(f"the server's reply holds no '{name}'")
+
+
+@dataclass(frozen=True)
+class Command:
+    time_us: int
+    client_id: str
+    sequence: int
+    name: str
+    arguments: tuple[Argument, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Pointer:
+    time_us: int
+    client_id: str
+    sequence: int
+    pointer: int
+    position: Floats  # (3) [m]
+    rotation: Floats  # (4) pointer -> world

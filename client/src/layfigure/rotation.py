@@ -1,0 +1,70 @@
+"""Rotations as unit quaternions w x y z, in arrays (..., 4); q and -q are the same rotation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from layfigure.protocol import Floats
+
+_NEARLY_PARALLEL = 1.0 - 1e-12  # cosine of the half angle above which slerp's sine has lost its digits
+
+
+def multiply(a: Floats, b: Floats) -> Floats:
+    """The product a b: first b, then a."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: Floats) -> Floats:
+    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]), np.float64)
+
+
+def rotate(q: Floats, vectors: Floats) -> Floats:
+    """R(q) v, for vectors (..., 3)."""
+    u = 2.0 * np.cross(q[..., 1:], vectors)
+    return np.asarray(vectors + q[..., :1] * u + np.cross(q[..., 1:], u), np.float64)
+
+
+def to_matrix(q: Floats) -> Floats:
+    """(..., 3, 3), whose columns are the rotated axes."""
+    return np.stack([rotate(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)], axis=-1)
+
+
+def normalized(q: Floats) -> Floats:
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True), np.float64)
+
+
+def slerp(a: Floats, b: Floats, s: Floats) -> Floats:
+    """From a (s = 0) to b (s = 1) at constant angular velocity, the short way round. s: (...)."""
+    cosine = np.sum(a * b, axis=-1)
+    b = np.where((cosine < 0.0)[..., None], -b, b)
+    cosine = np.minimum(np.abs(cosine), 1.0)
+    angle = np.arccos(cosine)
+    sine = np.where(cosine > _NEARLY_PARALLEL, 1.0, np.sin(angle))
+    near = cosine > _NEARLY_PARALLEL
+    wa = np.where(near, 1.0 - s, np.sin((1.0 - s) * angle) / sine)
+    wb = np.where(near, s, np.sin(s * angle) / sine)
+    return normalized(wa[..., None] * a + wb[..., None] * b)
+
+
+def angle_between(a: Floats, b: Floats) -> Floats:
+    """The angle of the rotation from a to b [rad], 0 to pi."""
+    difference = multiply(conjugate(a), b)
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(difference[..., 1:], axis=-1), np.abs(difference[..., 0])))
+
+
+def in_one_hemisphere(q: Floats) -> Floats:
+    """Signs chosen along axis 0 so that neighbours are closest: curves of the components are then continuous."""
+    flips = np.ones(q.shape[:-1])
+    flips[1:] = np.where(np.sum(q[1:] * q[:-1], axis=-1) < 0.0, -1.0, 1.0)
+    signs = np.cumprod(flips, axis=0)
+    return np.asarray(q * signs[..., None], np.float64)

@@ -1,0 +1,42 @@
+"""Which server is on the bus: a restarted one is followed, a second one at the same time is refused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from layfigure.errors import TwoServersError
+
+SILENT_AFTER_S = 2.0  # a server sends a heartbeat ten times a second
+
+
+class ServerWatch:
+    """Follows the random id that each run of a server puts into its messages.
+
+    A new id means that the server was restarted: the old run is over. When an id that was left behind speaks again,
+    both are alive.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._former: set[int] = set()
+        self._heard_at = clock()
+        self.current: int | None = None
+
+    def hear(self, server_id: int) -> None:
+        """Takes note of a message from `server_id`. Raises TwoServersError."""
+        self._heard_at = self._clock()
+        if server_id == self.current:
+            return
+        if server_id in self._former:
+            raise TwoServersError(
+                "two servers speak on this bus: stop one of them, or give each its own --lcm-url or --channel-prefix"
+            )
+        if self.current is not None:
+            self._former.add(self.current)
+        self.current = server_id
+
+    @property
+    def silent(self) -> bool:
+        """Nothing was heard for so long that the server must be gone."""
+        return self._clock() - self._heard_at > SILENT_AFTER_S

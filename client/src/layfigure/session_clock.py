@@ -1,0 +1,63 @@
+"""How a session's ticks pass on a server: ordered step by step, or waited for."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Protocol
+
+from layfigure.connection import Connection
+from layfigure.errors import LayfigureError, RefusedError
+from layfigure.protocol import Argument, Character
+
+PointerMessages = list[tuple[int, int]]  # pointer, sequence number of the message sent
+STEP_ATTEMPTS = 5
+
+
+class SessionClock(Protocol):
+    def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
+        """Sends the pointers to where they are to be at the tick's end, and lets the tick pass."""
+
+
+class LockstepClock:
+    """A tick is the steps up to the server's next pose: pose k comes after step ceil(k physics_hz / pose_hz)."""
+
+    def __init__(self, connection: Connection, character: Character, steps_done: int) -> None:
+        self._connection = connection
+        self._steps_per_pose = Fraction(character.physics_hz) / Fraction(character.pose_hz)
+        self._steps_done = steps_done
+
+    def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
+        next_pose = math.floor(self._steps_done / self._steps_per_pose) + 1
+        count = Argument("count", values=(math.ceil(next_pose * self._steps_per_pose) - self._steps_done,))
+        for attempt in range(STEP_ATTEMPTS):
+            arguments = [count]
+            if sent := send_pointers():
+                arguments.append(Argument("pointer_sequence", values=tuple(float(n) for pair in sent for n in pair)))
+            try:
+                reply = self._connection.command("step", *arguments)
+                break
+            except RefusedError:  # a pointer message was lost on the way
+                if attempt == STEP_ATTEMPTS - 1:
+                    raise
+        self._steps_done = int(reply.values("steps")[0])
+
+
+class RealtimeClock:
+    """A tick is a pose period of wall-clock time, counted from the start: lateness does not add up."""
+
+    def __init__(self, connection: Connection, character: Character) -> None:
+        self._connection = connection
+        self._period_s = 1.0 / character.pose_hz
+        self._start_s = time.monotonic()
+        self._ticks = 0
+
+    def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
+        send_pointers()
+        self._ticks += 1
+        remaining = self._start_s + self._ticks * self._period_s - time.monotonic()
+        self._connection.bus.wait_until(lambda: False, remaining)
+        if self._connection.watch.silent:
+            raise LayfigureError(f"lost the server at '{self._connection.bus.url}'")

@@ -1,0 +1,107 @@
+"""From a server's messages to a take: the same for a bus that is listened to and for an event log that is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from layfigure import codec
+from layfigure.bus import read_events
+from layfigure.errors import LayfigureError, ProtocolError, TwoServersError
+from layfigure.mesh_assembly import MeshAssembly
+from layfigure.protocol import (
+    CHARACTER_CHANNEL,
+    FORCE_CHANNEL,
+    MESH_CHANNEL,
+    POSE_CHANNEL,
+    STATUS_CHANNEL,
+    Character,
+)
+from layfigure.servers import ServerWatch
+from layfigure.take import Take, TakeBuilder
+
+
+class TakeCollector:
+    """The take begins when the first character that is heard and its meshes are whole; what comes earlier is not in it.
+
+    feed() raises ProtocolError for a message that must be left out, TwoServersError when a second server speaks, and
+    LayfigureError when the character changes: the take so far stays good.
+    """
+
+    def __init__(self) -> None:
+        self.watch = ServerWatch()
+        self.server_left = False
+        self.character: Character | None = None
+        self.builder: TakeBuilder | None = None
+        self._assembly: MeshAssembly | None = None
+        self._readers: dict[str, Callable[[bytes], None]] = {
+            CHARACTER_CHANNEL: self._feed_character,
+            MESH_CHANNEL: self._feed_mesh_chunk,
+            POSE_CHANNEL: self._feed_pose,
+            FORCE_CHANNEL: self._feed_force,
+            STATUS_CHANNEL: self._feed_status,
+        }
+
+    def feed(self, channel: str, data: bytes) -> None:
+        """Takes the next message; those of other channels than these do not matter to a take."""
+        if channel in self._readers:
+            self._readers[channel](data)
+
+    def drop_rival(self) -> None:
+        """After a TwoServersError: forgets what the second server has put in."""
+        if self.builder is not None and self.builder.restarts > 0 and self.watch.current is not None:
+            self.builder.drop_run(self.watch.current)
+
+    def _feed_character(self, data: bytes) -> None:
+        character = codec.decode_character(data)
+        self.watch.hear(character.server_id)
+        if self.character is None:
+            self.character = character
+            self._assembly = MeshAssembly(character)
+        elif character.content_hash != self.character.content_hash:
+            raise LayfigureError(
+                f"the server changed the character to '{character.name}': the take of '{self.character.name}' ends "
+                "here; start a new one"
+            )
+
+    def _feed_mesh_chunk(self, data: bytes) -> None:
+        if self.character is None or self._assembly is None or self.builder is not None:
+            return
+        self._assembly.add(codec.decode_mesh_chunk(data))
+        if self._assembly.complete:
+            self.builder = TakeBuilder(self.character, self._assembly.meshes())
+
+    def _feed_pose(self, data: bytes) -> None:
+        pose = codec.decode_pose(data)
+        self.watch.hear(pose.server_id)
+        if self.builder is not None:
+            self.builder.add_pose(pose)
+
+    def _feed_force(self, data: bytes) -> None:
+        if self.builder is not None:
+            self.builder.add_force(codec.decode_force(data))
+
+    def _feed_status(self, data: bytes) -> None:
+        status = codec.decode_status(data)
+        self.watch.hear(status.server_id)
+        self.server_left = status.state == "leaving"
+        if self.builder is not None:
+            self.builder.add_status(status)
+
+
+def read_take(path: Path) -> Take:
+    """The take in an event log that a recorder wrote, also one that was cut off."""
+    collector = TakeCollector()
+    for event in read_events(path):
+        try:
+            collector.feed(event.channel, event.data)
+        except ProtocolError:
+            continue
+        except TwoServersError:
+            collector.drop_rival()
+            break
+        except LayfigureError:
+            break
+    if collector.builder is None:
+        raise LayfigureError(f"'{path}' holds no whole character: is it a log of 'layfigure record'?")
+    return collector.builder.build()

@@ -1,0 +1,1 @@
+"""Everything that touches USD (pxr): writing takes, reading them back, checking them."""

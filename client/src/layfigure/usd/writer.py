@@ -1,0 +1,88 @@
+"""Writes a take as USD: a small root layer over a character layer and an animation layer.
+
+    OUT.usda            references OUT.character.usdc, sublayers OUT.anim.usdc
+    OUT.character.usdc  SkelRoot, Skeleton, skinned meshes, materials
+    OUT.anim.usdc       SkelAnimation at every frame, torques, rest rotations, yield events
+
+Equal takes give equal bytes: nothing is written that depends on the day, the machine or the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from pxr import Kind, Sdf, Tf, Usd, UsdUtils
+
+from layfigure.errors import LayfigureError, UsageError
+from layfigure.resample import Frames, resample
+from layfigure.take import Take
+from layfigure.usd.animation_layer import set_stage_time, write_animation_layer
+from layfigure.usd.character_layer import character_prim_path, set_stage_units, write_character_layer
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+_PACKED_AT = time.mktime((1980, 1, 1, 0, 0, 0, 0, 1, 0))  # zip's first local time: a package keeps its files' dates
+
+
+def check_output(out: Path) -> None:
+    """Raises UsageError if a take cannot be written to `out`: better before the recording than after it."""
+    if out.suffix not in SUFFIXES:
+        raise UsageError(f"'{out}': the name of a take ends in {', '.join(SUFFIXES)}")
+    if not out.parent.is_dir():
+        raise UsageError(f"'{out}': there is no folder '{out.parent}'; make it first")
+    if out.is_dir():
+        raise UsageError(f"'{out}' is a folder: choose a file's name")
+
+
+def write_take(take: Take, out: Path, fps: float) -> int:
+    """Writes all layers beside `out` and returns the number of frames.
+
+    They are made in a folder of their own and then renamed: whatever happens, each file is whole.
+    """
+    frames = resample(take, fps)
+    try:
+        scratch = Path(tempfile.mkdtemp(prefix=f".{out.stem}.", dir=out.parent))
+        try:
+            for path in _write_layers(scratch, out, take, frames):
+                path.chmod(0o644)
+                path.replace(out.parent / path.name)
+        finally:
+            shutil.rmtree(scratch)
+    except OSError as error:
+        raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error
+    except Tf.ErrorException as error:
+        raise LayfigureError(f"cannot write '{out}': {str(error).splitlines()[0]}") from error
+    return len(frames)
+
+
+def _write_layers(scratch: Path, out: Path, take: Take, frames: Frames) -> list[Path]:
+    """The files to hand over, the root layer last: it is what makes the others seen."""
+    packed = out.suffix == ".usdz"
+    root = scratch / (f"{out.stem}.usdc" if packed else out.name)
+    character, animation = scratch / f"{out.stem}.character.usdc", scratch / f"{out.stem}.anim.usdc"
+    write_character_layer(str(character), take.character, take.meshes)
+    write_animation_layer(str(animation), take, frames)
+    _write_root_layer(root, character.name, animation.name, take, frames)
+    if not packed:
+        return [character, animation, root]
+    for layer in (root, character, animation):
+        os.utime(layer, (_PACKED_AT, _PACKED_AT))
+    package = scratch / out.name
+    if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(root)), str(package)):
+        raise LayfigureError(f"cannot write '{out}': USD could not pack it")
+    return [package]
+
+
+def _write_root_layer(path: Path, character: str, animation: str, take: Take, frames: Frames) -> None:
+    stage = Usd.Stage.CreateNew(str(path))
+    set_stage_units(stage)
+    set_stage_time(stage, frames)
+    prim = stage.DefinePrim(character_prim_path(take.character))
+    prim.GetReferences().AddReference(f"./{character}")
+    stage.SetDefaultPrim(prim)
+    Usd.ModelAPI(prim).SetKind(Kind.Tokens.component)
+    stage.GetRootLayer().subLayerPaths = [f"./{animation}"]
+    stage.GetRootLayer().Save()

@@ -1,0 +1,122 @@
+import pytest
+from client_support import synthetic
+from client_support.scripted_server import ScriptedServer
+
+from layfigure.bus import Bus
+from layfigure.connection import Connection
+from layfigure.errors import NoReplyError, ProtocolError, RefusedError, TwoServersError
+from layfigure.protocol import CHARACTER_CHANNEL, STATUS_CHANNEL, Argument
+from layfigure.servers import SILENT_AFTER_S, ServerWatch
+
+
+def test_command_is_answered_once_for_each_sequence(bus: Bus, server: ScriptedServer) -> None:
+    connection = Connection(bus)
+    connection.command("key")
+    connection.command("reset", Argument("a", values=(1.0,)))
+    assert server.command_names() == ["key", "reset"]
+    assert [command.sequence for command in server.commands] == [1, 2]
+    assert {command.client_id for command in server.commands} == {connection.client_id}
+
+
+def test_command_without_reply_is_sent_again_unchanged(bus: Bus, server: ScriptedServer) -> None:
+    server.unanswered = 2
+    Connection(bus).command("key")
+    assert [command.sequence for command in server.commands] == [1, 1, 1]
+    assert len({command.encode() for command in server.commands}) == 1
+
+
+def test_command_without_server_gives_up_in_one_line(bus: Bus) -> None:
+    with pytest.raises(NoReplyError, match=r"no server answered 'key' on 'memq://' within 0\.2 s"):
+        Connection(bus).command("key", timeout_s=0.2)
+
+
+def test_command_that_is_refused_raises_the_reason(bus: Bus, server: ScriptedServer) -> None:
+    server.refusals["grab"] = "no bone is called 'tail'"
+    with pytest.raises(RefusedError, match="no bone is called 'tail'"):
+        Connection(bus).command("grab")
+
+
+def test_connections_each_have_their_own_id(bus: Bus) -> None:
+    assert Connection(bus).client_id != Connection(bus).client_id
+
+
+def test_reply_to_another_client_is_not_taken(bus: Bus, server: ScriptedServer) -> None:
+    first, second = Connection(bus), Connection(bus)
+    first.command("key")
+    server.unanswered = 1
+    with pytest.raises(NoReplyError):
+        second.command("key", timeout_s=0.2)
+
+
+def test_fetch_character_decodes_the_skeleton(bus: Bus, server: ScriptedServer) -> None:
+    character = Connection(bus).fetch_character()
+    assert [joint.name for joint in character.joints] == synthetic.NAMES
+    assert server.command_names() == ["get_character"]
+
+
+def test_fetch_meshes_puts_chunks_together(bus: Bus, server: ScriptedServer) -> None:
+    connection = Connection(bus)
+    meshes = connection.fetch_meshes(connection.fetch_character())
+    assert [len(mesh.points) for mesh in meshes] == [synthetic.RINGS * synthetic.SIDES]
+    assert server.command_names() == ["get_character", "get_mesh"]
+
+
+def test_fetch_meshes_lost_chunks_are_asked_for_again(bus: Bus, server: ScriptedServer) -> None:
+    server.lost_chunks = {0, 3}
+    connection = Connection(bus)
+    meshes = connection.fetch_meshes(connection.fetch_character())
+    assert len(meshes) == 1
+    wanted = [argument for command in server.commands for argument in command.arguments]
+    assert [(argument.name, list(argument.values)) for argument in wanted] == [("chunks", [0.0, 3.0])]
+
+
+def test_fetch_meshes_that_never_come_gives_up(bus: Bus, server: ScriptedServer) -> None:
+    server.lost_chunks = set(range(1000))
+    connection = Connection(bus)
+    with pytest.raises(NoReplyError, match="did not arrive whole"):
+        connection.fetch_meshes(connection.fetch_character(), timeout_s=0.3)
+
+
+def test_bad_message_is_counted_and_left_out(bus: Bus, server: ScriptedServer) -> None:
+    connection = Connection(bus)
+    bus.publish(STATUS_CHANNEL, b"garbage")
+    bus.publish(CHARACTER_CHANNEL, b"")
+    server.publish_status()
+    assert connection.wait_for_status().state == "running"
+    assert bus.bad_messages == 2
+
+
+def test_two_servers_at_once_are_refused(bus: Bus) -> None:
+    one, other = ScriptedServer(bus, server_id=1), ScriptedServer(bus, server_id=2)
+    connection = Connection(bus)
+    for server in (one, other, one):
+        server.publish_status()
+    with pytest.raises(TwoServersError, match="two servers"):
+        bus.wait_until(lambda: connection.watch.silent, 1.0)
+
+
+def test_reply_values_missing_result_is_a_protocol_error(bus: Bus, server: ScriptedServer) -> None:
+    reply = Connection(bus).command("grab")
+    assert reply.values("position") == (1.0, 2.0, 3.0)
+    with pytest.raises(ProtocolError, match="no 'steps'"):
+        reply.values("steps")
+    assert len(server.commands) == 1
+
+
+def test_server_watch_restarted_server_is_followed() -> None:
+    watch = ServerWatch()
+    watch.hear(1)
+    watch.hear(2)
+    assert watch.current == 2
+
+
+def test_server_watch_silence_is_noticed_and_ends() -> None:
+    now = [100.0]
+    watch = ServerWatch(clock=lambda: now[0])
+    watch.hear(1)
+    now[0] += SILENT_AFTER_S - 0.1
+    assert not watch.silent
+    now[0] += 0.2
+    assert watch.silent
+    watch.hear(1)
+    assert not watch.silent

@@ -1,0 +1,65 @@
+"""Fixtures of the server's tests: the real binary, found through LAYFIGURE_SERVER, on 127.0.0.1."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from server_support.client import Client, Connect
+from server_support.process import ServerProcess, StartServer
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+DEFAULT_BINARY = REPOSITORY / "build/release/server/app/layfigure-server"
+
+
+@pytest.fixture(scope="session")
+def binary() -> Path:
+    path = Path(os.environ.get("LAYFIGURE_SERVER", DEFAULT_BINARY))
+    assert path.is_file(), f"no server at {path}: build it, or name it in LAYFIGURE_SERVER"
+    return path
+
+
+@pytest.fixture(scope="session")
+def character(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project's own small doll."""
+    path = tmp_path_factory.mktemp("character") / "doll.glb"
+    subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
+    return path
+
+
+@pytest.fixture(scope="session")
+def messages(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """The message types as lcm-gen makes them, in a package of their own beside the client's."""
+    folder = tmp_path_factory.mktemp("messages")
+    types = sorted((REPOSITORY / "server/messaging/types").glob("*.lcm"))
+    generator = Path(sys.executable).parent / "lcm-gen"
+    subprocess.run([generator, "-p", "--package-prefix", "generated", "--ppath", folder, *types], check=True)
+    sys.path.insert(0, str(folder))
+    return importlib.import_module("generated.layfigure")
+
+
+@pytest.fixture
+def start_server(binary: Path, character: Path) -> Iterator[StartServer]:
+    """Starts a server with its own broker on a free port, and more options if given."""
+    with ExitStack() as stack:
+
+        def start(*options: object) -> ServerProcess:
+            command = [str(binary), str(character), "--broker", "0", *map(str, options)]
+            return stack.enter_context(ServerProcess(command))
+
+        yield start
+
+
+@pytest.fixture
+def connect(messages: ModuleType) -> Connect:
+    def connect_to(server: ServerProcess | str, prefix: str = "") -> Client:
+        return Client(messages, server if isinstance(server, str) else server.url, prefix)
+
+    return connect_to

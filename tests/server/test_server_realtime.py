@@ -1,0 +1,130 @@
+"""A server on the wall clock, and how servers end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from server_support.client import Connect
+from server_support.process import TIMEOUT_S, StartServer
+
+HAND = "hand.L"
+
+
+def test_time_passes_by_itself(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server())
+    client.accepted("get_character")
+    first = client.wait_for("pose_t")
+    last = client.wait_for("pose_t", lambda pose: pose.time_us > first.time_us + 300_000)
+    poses = [pose for pose in client.received["pose_t"] if first.sequence <= pose.sequence <= last.sequence]
+    assert sorted({pose.sequence for pose in poses}) == list(range(first.sequence, last.sequence + 1))
+    status = client.wait_for("status_t", lambda status: status.steps > 0)
+    assert status.clock == "realtime"
+    assert status.step_us_p50 > 0
+    assert status.realtime_factor > 0
+
+
+def test_character_comes_without_being_asked_for(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server())
+    assert client.wait_for("character_t").clock == "realtime"
+
+
+def test_step_is_refused_naming_the_clock(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server())
+    reply = client.command("step")
+    assert not reply.accepted
+    assert "lockstep" in reply.reason
+
+
+def test_pull_is_felt_at_the_pointer(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server())
+    held = client.accepted("grab", bone=HAND)["position"]
+    goal = held[2] + 0.05
+    client.point((held[0], held[1], goal))
+    force = client.wait_for("force_t", lambda force: abs(force.target[2] - goal) < 1e-9 and force.force[2] > 0.0)
+    assert force.attached
+    assert force.position[2] < goal
+    client.accepted("release")
+    client.wait_for("force_t", lambda force: force.sequence > 0 and not force.attached)
+
+
+def test_slower_poses_and_physics_are_obeyed(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server("--physics-hz", 200, "--pose-hz", 30))
+    character = client.wait_for("character_t")
+    assert (character.physics_hz, character.pose_hz) == (200.0, 30.0)
+    pose = client.wait_for("pose_t", lambda pose: pose.sequence >= 3)
+    assert pose.step == -(-pose.sequence * 200 // 30)
+    assert pose.time_us == pose.step * 5000
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_it_well(start_server: StartServer, connect: Connect, stop: signal.Signals) -> None:
+    server = start_server()
+    client = connect(server)
+    client.wait_for("status_t")
+    os.kill(server.process.pid, stop)
+    code, error = server.wait()
+    assert (code, error.count("Traceback")) == (0, 0)
+    client.drain()
+    assert client.received["status_t"][-1].state == "leaving"
+
+
+def test_shutdown_is_answered_before_it_leaves(start_server: StartServer, connect: Connect) -> None:
+    server = start_server("--clock", "lockstep")
+    client = connect(server)
+    assert client.command("shutdown").accepted
+    code, _ = server.wait()
+    assert code == 0
+    client.drain()
+    assert client.received["status_t"][-1].state == "leaving"
+
+
+def test_stopped_client_does_not_delay_others(start_server: StartServer, connect: Connect) -> None:
+    server = start_server("--clock", "lockstep")
+    port = int(server.url.rsplit(":", 1)[1])
+    with socket.create_connection(("127.0.0.1", port)) as stopped:
+        stopped.sendall(bytes.fromhex("287617fb00000100") + b"\0\0\0\2\0\0\0\2.*")
+        client = connect(server)
+        for _ in range(40):
+            client.accepted("step", count=10_000)
+        assert client.received["pose_t"][-1].step >= 399_990
+
+
+UDPM_SCRIPT = """
+import importlib, sys
+sys.path[:0] = [sys.argv[1], sys.argv[2]]
+from server_support.client import Client
+from server_support.process import ServerProcess
+messages = importlib.import_module("generated.layfigure")
+with ServerProcess(sys.argv[3:], {"LCM_DEFAULT_URL": ""}) as server:
+    client = Client(messages, server.url)
+    client.wait_for("status_t")
+    print(client.accepted("step", count=100)["steps"], server.url)
+"""
+
+
+def test_multicast_in_a_network_of_its_own(binary: Path, character: Path, messages: object) -> None:
+    """udpm, the default bus, inside a network namespace with nothing but a loopback device."""
+    if shutil.which("ip") is None:
+        pytest.skip("needs the command ip, of iproute2")
+    isolate = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
+    if subprocess.run([*isolate, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("this machine does not allow network namespaces")
+    types_folder = Path(str(messages.__path__[0])).parents[1]  # type: ignore[attr-defined]
+    python = [sys.executable, "-c", UDPM_SCRIPT, str(types_folder), str(Path(__file__).parent)]
+    server = [str(binary), str(character), "--clock", "lockstep"]
+    setup = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+    done = subprocess.run(
+        [*isolate, "sh", "-c", setup, "sh", *python, *server],
+        capture_output=True,
+        text=True,
+        timeout=2 * TIMEOUT_S,
+        check=False,
+    )
+    assert done.stdout == "(100.0,) udpm://239.255.76.67:7667?ttl=0\n", done.stderr
