@@ -1,7 +1,4 @@
-"""Fixtures of the end-to-end tests: the real server and the real client as processes, on 127.0.0.1.
-
-The server is found through LAYFIGURE_SERVER, else where ./run test builds it.
-"""
+"""Fixtures of the end-to-end tests: the real server and the real client as processes, on 127.0.0.1."""
 
 from __future__ import annotations
 
@@ -18,23 +15,6 @@ from e2e_support import NO_DEFAULT_BUS, REPOSITORY, ClientProcess, RunClient, St
 sys.path.append(str(REPOSITORY / "tests/server"))  # one way to start a server for all tests
 from server_support.process import ServerProcess, StartServer
 
-DEFAULT_BINARY = REPOSITORY / "build/release/server/app/layfigure-server"
-
-
-@pytest.fixture(scope="session")
-def binary() -> Path:
-    path = Path(os.environ.get("LAYFIGURE_SERVER", DEFAULT_BINARY))
-    assert path.is_file(), f"no server at {path}: build it, or name it in LAYFIGURE_SERVER"
-    return path
-
-
-@pytest.fixture(scope="session")
-def doll(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project's own small doll."""
-    path = tmp_path_factory.mktemp("character") / "doll.glb"
-    subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
-    return path
-
 
 @pytest.fixture(scope="session")
 def session() -> Path:
@@ -42,13 +22,13 @@ def session() -> Path:
 
 
 @pytest.fixture
-def start_server(binary: Path, doll: Path) -> Iterator[StartServer]:
+def start_server(binary: Path, character: Path) -> Iterator[StartServer]:
     """Starts a server of the doll with its own broker on a free port, unless other options say otherwise."""
     with ExitStack() as stack:
 
         def start(*options: object) -> ServerProcess:
             bus = [] if "--broker" in options or "--lcm-url" in options else ["--broker", "0"]
-            return stack.enter_context(ServerProcess([str(binary), str(doll), *bus, *map(str, options)]))
+            return stack.enter_context(ServerProcess([str(binary), str(character), *bus, *map(str, options)]))
 
         yield start
 

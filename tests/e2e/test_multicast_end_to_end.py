@@ -33,12 +33,12 @@ with ServerProcess([*server, "--clock", "lockstep"]) as server:
 """
 
 
-def test_record_and_play_over_multicast(binary: Path, doll: Path, session: Path, tmp_path: Path) -> None:
+def test_record_and_play_over_multicast(binary: Path, character: Path, session: Path, tmp_path: Path) -> None:
     if shutil.which("ip") is None:
         pytest.skip("needs the command ip, of iproute2")
     if subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode != 0:
         pytest.skip("this machine does not allow network namespaces")
-    paths = [Path(__file__).parent, REPOSITORY / "tests/server", tmp_path, session, binary, doll]
+    paths = [Path(__file__).parent, REPOSITORY / "tests/server", tmp_path, session, binary, character]
     done = subprocess.run(
         ["unshare", "-rn", "sh", "-c", SETUP, "sh", sys.executable, "-c", SCRIPT, *map(str, paths)],
         capture_output=True,

@@ -183,8 +183,8 @@ DEMO = REPOSITORY / "assets/demo.py"
 
 
 @pytest.mark.parametrize("option", ["--server", "--character", "--session"])
-def test_demo_missing_file_fails_in_one_line(binary: Path, doll: Path, tmp_path: Path, option: str) -> None:
-    options = {"--server": binary, "--character": doll, "--out": tmp_path / "out", option: "none"}
+def test_demo_missing_file_fails_in_one_line(binary: Path, character: Path, tmp_path: Path, option: str) -> None:
+    options = {"--server": binary, "--character": character, "--out": tmp_path / "out", option: "none"}
     arguments = [str(text) for pair in options.items() for text in pair]
     result = subprocess.run([sys.executable, DEMO, *arguments], capture_output=True, text=True, check=False, timeout=60)
     assert (result.returncode, result.stdout) == (1, "")

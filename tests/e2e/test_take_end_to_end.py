@@ -24,9 +24,9 @@ FLOAT_TOLERANCE = 2e-7  # a few roundings of values near 1 to float
 SKIN_TOLERANCE = 1e-6  # [m] roundings along a chain of joints, over 0.3 m
 
 
-def record_session(binary: Path, doll: Path, session: Path, out: Path, *options: object) -> None:
+def record_session(binary: Path, character: Path, session: Path, out: Path, *options: object) -> None:
     """As a user would: a server, a recorder, a player, and the command that ends it all."""
-    command = [binary, doll, "--clock", "lockstep", "--broker", "0", *options]
+    command = [binary, character, "--clock", "lockstep", "--broker", "0", *options]
     with ServerProcess(list(map(str, command))) as server:
         url = ("--lcm-url", server.url)
         with ClientProcess(out.parent, ["record", out.name, *url]) as recorder:
@@ -41,9 +41,9 @@ def record_session(binary: Path, doll: Path, session: Path, out: Path, *options:
 
 
 @pytest.fixture(scope="module")
-def folder(binary: Path, doll: Path, session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(binary: Path, character: Path, session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("take")
-    record_session(binary, doll, session, folder / "take.usda")
+    record_session(binary, character, session, folder / "take.usda")
     return folder
 
 
@@ -134,19 +134,19 @@ def test_take_skin_moves_with_the_arm(folder: Path) -> None:
 
 
 def test_take_same_session_again_gives_equal_bytes(
-    folder: Path, binary: Path, doll: Path, session: Path, tmp_path: Path
+    folder: Path, binary: Path, character: Path, session: Path, tmp_path: Path
 ) -> None:
-    record_session(binary, doll, session, tmp_path / "take.usda")
+    record_session(binary, character, session, tmp_path / "take.usda")
     for name in USD_FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
 
 @pytest.mark.parametrize(("physics_hz", "pose_hz"), [(1000, 240), (700, 33.3)])
 def test_take_other_rates_end_at_the_same_pose(
-    binary: Path, doll: Path, session: Path, tmp_path: Path, physics_hz: float, pose_hz: float
+    binary: Path, character: Path, session: Path, tmp_path: Path, physics_hz: float, pose_hz: float
 ) -> None:
     rates = ("--physics-hz", physics_hz, "--pose-hz", pose_hz)
-    record_session(binary, doll, session, tmp_path / "take.usdz", *rates)
+    record_session(binary, character, session, tmp_path / "take.usdz", *rates)
     take = read_take(tmp_path / "take.lcmlog")
     assert take.lost_poses == 0
     assert take.duration_s == pytest.approx(SESSION_S, abs=1.5 / pose_hz)

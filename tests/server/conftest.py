@@ -1,9 +1,8 @@
-"""Fixtures of the server's tests: the real binary, found through LAYFIGURE_SERVER, on 127.0.0.1."""
+"""Fixtures of the server's tests: the real binary on 127.0.0.1."""
 
 from __future__ import annotations
 
 import importlib
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,22 +15,6 @@ from server_support.client import Client, Connect
 from server_support.process import ServerProcess, StartServer
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-DEFAULT_BINARY = REPOSITORY / "build/release/server/app/layfigure-server"
-
-
-@pytest.fixture(scope="session")
-def binary() -> Path:
-    path = Path(os.environ.get("LAYFIGURE_SERVER", DEFAULT_BINARY))
-    assert path.is_file(), f"no server at {path}: build it, or name it in LAYFIGURE_SERVER"
-    return path
-
-
-@pytest.fixture(scope="session")
-def character(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project's own small doll."""
-    path = tmp_path_factory.mktemp("character") / "doll.glb"
-    subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
-    return path
 
 
 @pytest.fixture(scope="session")

@@ -1,32 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "allocation_count.h"
 #include "layfigure/app/simulation.h"
 #include "small_doll.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// Every way to the heap that C++ code has goes through these.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace layfigure::app {
 namespace {
@@ -39,9 +15,9 @@ TEST(Advance, WithTwoGlidingGrips_DoesNotAllocate) {
   }
   simulation.begin_motion(500);
   ASSERT_TRUE(simulation.advance());  // the first step with so many couplings may make room for them
-  const long before = allocations;
+  const long before = testing::allocation_count();
   for (int i = 0; i < 2000; ++i) ASSERT_TRUE(simulation.advance());
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(testing::allocation_count(), before);
 }
 
 }  // namespace

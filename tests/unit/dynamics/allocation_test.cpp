@@ -1,32 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "allocation_count.h"
 #include "layfigure/dynamics/step.h"
 #include "scene.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// Every way to the heap that C++ code has goes through these.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const std::size_t align = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(align, (size + align - 1) / align * align)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace layfigure::dynamics {
 namespace {
@@ -42,12 +18,12 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
     Workspace workspace(model);
     const Inputs inputs{.loads = &pulls, .couplings = {&coupling, 1}};
     ASSERT_EQ(step(model, state, workspace, inputs, {.step = 2e-3, .order = order}).status, StepStatus::kOk);
-    const long before = allocations;
+    const long before = testing::allocation_count();
     int yielding = 0;
     for (int k = 0; k < 100; ++k) {
       yielding += step(model, state, workspace, inputs, {.step = 2e-3, .order = order}).yielding;
     }
-    EXPECT_EQ(allocations - before, 0) << "order " << order;
+    EXPECT_EQ(testing::allocation_count() - before, 0) << "order " << order;
     EXPECT_GT(yielding, 0) << "the scene must reach the flow law's code";
   }
 }

@@ -49,6 +49,7 @@ class Bus:
         self._last_complaint_s = float("-inf")
         self.bad_messages = 0  # that a handler could not decode
         self._lcm: lcm.LCM | None = None
+        self._loss = ""  # how the connection was lost, until the caller has been told
         self.connect()
 
     def __enter__(self) -> Bus:
@@ -66,6 +67,7 @@ class Bus:
     def connect(self) -> None:
         """(Re)connects and subscribes again; lcm's own reconnecting never receives again, so its object is new."""
         self.close()
+        self._loss = ""
         if self.url.startswith("tcpq://"):
             _probe_tcpq(self.url)
         try:
@@ -108,16 +110,22 @@ class Bus:
     def poll(self, timeout_s: float) -> None:
         """Waits up to `timeout_s` for a message, then handles all that are there.
 
-        Raises BusError if the connection is lost; connect() then tries again.
+        Raises BusError if the connection is lost; connect() then tries again. A loss that comes right behind a message
+        is raised by the next call, so that the caller sees the message first: the answer of a server that then leaves.
         """
         if self._lcm is None:
-            raise BusError(f"not connected to '{self.url}'")
-        for _ in range(_MAX_BATCH):
-            readable, _, _ = select.select([self._lcm.fileno()], [], [], timeout_s)
+            raise BusError(self._loss or f"not connected to '{self.url}'")
+        for handled in range(_MAX_BATCH):
+            readable, _, _ = select.select([self._lcm.fileno()], [], [], 0.0 if handled else timeout_s)
             if not readable:
                 return
-            self._handle_one()
-            timeout_s = 0.0
+            try:
+                self._handle_one()
+            except BusError as error:
+                if not handled:
+                    raise
+                self._loss = str(error)
+                return
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Handles messages until `condition` holds; False after `timeout_s` seconds without it."""

@@ -1,0 +1,29 @@
+"""Fixtures of all tests that run the real server."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+DEFAULT_BINARY = REPOSITORY / "build/release/server/app/layfigure-server"
+
+
+@pytest.fixture(scope="session")
+def binary() -> Path:
+    """The server: named by LAYFIGURE_SERVER, else where ./run test builds it."""
+    path = Path(os.environ.get("LAYFIGURE_SERVER", DEFAULT_BINARY))
+    assert path.is_file(), f"no server at {path}: build it, or name it in LAYFIGURE_SERVER"
+    return path
+
+
+@pytest.fixture(scope="session")
+def character(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project's own small doll."""
+    path = tmp_path_factory.mktemp("character") / "doll.glb"
+    subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
+    return path
