@@ -13,6 +13,31 @@
 /// place of accelerations.
 namespace layfigure::dynamics {
 
+/// The matrix g 1: products with it cost a third of those with a general symmetric matrix.
+template <class T>
+struct Isotropic {
+  T g;
+};
+template <class T>
+inline Vec3<T> operator*(const Isotropic<T>& gain, const Vec3<T>& v) {
+  return scaled(v, gain.g);
+}
+template <class T>
+inline Mat3<T> operator*(const Isotropic<T>& gain, const Mat3<T>& m) {
+  return scaled(m, gain.g);
+}
+template <class T>
+inline Mat3<T> operator*(const Sym3<T>& m, const Isotropic<T>& gain) {
+  return scaled(math::full(m), gain.g);
+}
+template <class T>
+inline Sym3<T>& operator+=(Sym3<T>& m, const Isotropic<T>& gain) {
+  m.xx = m.xx + gain.g;
+  m.yy = m.yy + gain.g;
+  m.zz = m.zz + gain.g;
+  return m;
+}
+
 /// Own inertia and momentum target of a body, without its children.
 template <class T>
 inline void assemble(const Constants<T>& body, Node<T>& node) {
@@ -21,8 +46,9 @@ inline void assemble(const Constants<T>& body, Node<T>& node) {
   const T zero{};
   const Vec3<T> mc = scaled(node.c, m);
   own.A = math::point_inertia(m, node.c);
-  own.A += math::isotropic_plus_dyad(body.inertia, T(1.0), node.u);
-  own.A += math::isotropic_plus_dyad(zero, T(1.0), node.v);
+  own.A += math::dyad(T(1.0), node.u);
+  own.A += math::dyad(T(1.0), node.v);
+  own.A += Isotropic<T>{body.inertia};
   own.H = {zero, -mc.z, mc.y, mc.z, zero, -mc.x, -mc.y, mc.x, zero};
   own.M = {m, zero, zero, m, zero, m};
   own.b_linear = node.target_linear;
@@ -43,32 +69,7 @@ inline Articulated<double> spring_terms(const Vec3<double>& r, double k, const V
   return terms;
 }
 
-/// The gain g 1: products with it cost a third of those with a general symmetric gain.
-template <class T>
-struct IsotropicGain {
-  T g;
-};
-template <class T>
-inline Vec3<T> operator*(const IsotropicGain<T>& gain, const Vec3<T>& v) {
-  return scaled(v, gain.g);
-}
-template <class T>
-inline Mat3<T> operator*(const IsotropicGain<T>& gain, const Mat3<T>& m) {
-  return scaled(m, gain.g);
-}
-template <class T>
-inline Mat3<T> operator*(const Sym3<T>& m, const IsotropicGain<T>& gain) {
-  return scaled(math::full(m), gain.g);
-}
-template <class T>
-inline Sym3<T>& operator+=(Sym3<T>& m, const IsotropicGain<T>& gain) {
-  m.xx = m.xx + gain.g;
-  m.yy = m.yy + gain.g;
-  m.zz = m.zz + gain.g;
-  return m;
-}
-
-/// Eliminates a ball joint of gain G (Sym3 or IsotropicGain) and residual r: fills the node's factor, returns what its
+/// Eliminates a ball joint of gain G (Sym3 or Isotropic) and residual r: fills the node's factor, returns what its
 /// parent gets, seen from this joint.
 template <class T, class Gain>
 inline Articulated<T> eliminate(Node<T>& node, const Gain& G, const Vec3<T>& residual) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "articulated.h"
 #include "lane_transfer.h"
 #include "newton.h"
@@ -33,7 +36,27 @@ inline void add_loads(const StepContext& context, const Plan<T>& plan, int slot,
   node.target_angular += scaled(torque, node.h);
 }
 
-/// World pose, inertia axes, strain and free momenta of a slot's bodies; their parents' are known.
+/// The joints' laws over this step, linearised where the last step left them.
+template <class T>
+inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& now, Node<T>& node) {
+  const T& h = node.h;
+  node.law.gain = scaled(body.stiffness, h) + body.damping;
+  Vec3<T> strain = log_rotation(conjugate(now.rest) * now.rotation);
+  if (!body.isotropic) strain = rotate(conjugate(body.section), strain);
+  node.elastic_torque = times(body.stiffness, strain);
+  node.elastic = true;
+  node.linearized = elastic_return<T>();
+  if (!body.flows) return;
+  node.law.inverse_shape = body.inverse_shape;
+  node.law.flow_damping = body.flow_damping;
+  node.law.hardening = body.hardening * h * now.yield_scale;
+  // An elastic joint stays elastic at any scale: infinity times a scale of 0 must not be NaN.
+  const auto finite = body.yield < T(std::numeric_limits<double>::infinity());
+  node.law.yield = math::select(finite, (body.yield + body.hardening * now.flow) * now.yield_scale, body.yield);
+  linearize(kind, now.trial_torque, node);
+}
+
+/// World pose, inertia axes, law and free momenta of a slot's bodies; their parents' are known.
 template <class T>
 inline void update_kinematics(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   const Constants<T>& body = plan.constants[slot];
@@ -43,23 +66,17 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   const Quat<T> parent = of_parents(plan, nodes, slot, &Node<T>::orientation);
   node.orientation = renormalized(parent * now.rotation);
   node.r = rotate(parent, body.anchor);
-  node.R = matrix(node.orientation);
-  node.c = node.R * body.com;
-  node.u = node.R * body.u;
-  node.v = node.R * body.v;
+  const Mat3<T> R = matrix(node.orientation);
+  node.axes = body.isotropic ? R : matrix(node.orientation * body.section);
+  node.c = R * body.com;
+  node.u = R * body.u;
+  node.v = R * body.v;
   const T mh = node.h * body.mass;
   const Vec3<double>& g = context.gravity;
   node.target_linear = now.linear_momentum + Vec3<T>{mh * g.x, mh * g.y, mh * g.z};
   node.target_angular = now.angular_momentum;
   if (context.inputs->loads != nullptr) add_loads(context, plan, slot, node);
-  node.gain = node.h * body.stiffness + body.damping;
-  node.strain = log_rotation(conjugate(now.rest) * now.rotation);
-  if (body.flows) {
-    linearize(context.law, body, now.trial_torque, node);
-  } else {
-    node.radial = node.tangential = T(1.0);
-    node.isotropic = true;
-  }
+  update_law(context.law, body, now, node);
 }
 
 /// A coupling over one sub-step: force = pull - resistance u, with u the velocity of the held point (or of the held
@@ -141,28 +158,37 @@ inline void measure_couplings(const StepContext& context, const Plan<T>& plan, c
       const int lane = plan.schedule.lane_of(copy, couplings[k].body);
       const Vec3<double> spin = math::lane_of(node.w_WB, lane);
       const Vec3<double> velocity = math::lane_of(node.v_WB, lane) + cross(spin, terms.r);
-      context.copies[copy].coupling_forces[k] = {
-          math::lane(terms.pull - scaled(velocity, terms.resistance), 0),
-          math::lane(terms.angular_pull - scaled(spin, terms.angular_resistance), 0)};
+      const Vec3<double> force = terms.pull - scaled(velocity, terms.resistance);
+      const Vec3<double> torque = terms.angular_pull - scaled(spin, terms.angular_resistance);
+      Copy& run = context.copies[copy];
+      run.coupling_forces[k] = {math::lane(force, 0), math::lane(torque, 0)};
+      run.work.input += run.h * (dot(force, velocity) + dot(torque, spin));
     }
   }
+}
+
+/// h dt/dw of the linearised laws in world axes: sum h share_k a_k e_k e_k^T - h curvature (a u) (a u)^T.
+template <class T>
+inline Sym3<T> gain_of(const Node<T>& node) {
+  const Vec3<T> along = scaled(times(node.linearized.share, node.law.gain), node.h);
+  const Mat3<T>& e = node.axes;
+  Sym3<T> G = math::dyad(along.x, Vec3<T>{e.xx, e.yx, e.zx});
+  G += math::dyad(along.y, Vec3<T>{e.xy, e.yy, e.zy});
+  G += math::dyad(along.z, Vec3<T>{e.xz, e.yz, e.zz});
+  G += math::dyad(T(-(node.h * node.linearized.curvature)), e * times(node.law.gain, node.linearized.u));
+  return G;
 }
 
 /// Eliminates a slot's joints from the leaves' side and adds them to their parents.
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
-  const Constants<T>& body = plan.constants[slot];
   Node<T>& node = nodes[slot];
-  const T ha = node.h * node.gain;
-  if (node.isotropic) [[likely]] {
-    const T hk = node.h * body.stiffness * node.tangential;
-    const auto up = eliminate(node, IsotropicGain<T>{ha * node.tangential}, node.R * scaled(node.strain, -hk));
+  const Vec3<T> residual = node.axes * scaled(linearized_torque(node, node.elastic_torque), -node.h);
+  if (node.elastic && plan.constants[slot].isotropic) [[likely]] {
+    const auto up = eliminate(node, Isotropic<T>{node.h * node.law.gain.x}, residual);
     add_to_parents(plan, nodes, slot, shifted(up, node.r));
   } else {
-    const RankOne<T> slope = law_slope(node);
-    const Vec3<T> residual = scaled(linearized_torque(node, scaled(node.strain, body.stiffness)), -node.h);
-    const Sym3<T> G = math::isotropic_plus_dyad(T(ha * slope.identity), T(ha * slope.dyad), node.R * slope.axis);
-    const auto up = eliminate(node, G, node.R * residual);
+    const auto up = eliminate(node, gain_of(node), residual);
     add_to_parents(plan, nodes, slot, shifted(up, node.r));
   }
 }
@@ -182,7 +208,7 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
     node.w_WB = math::select(free, w, math::select(fixed, Vec3<T>{}, node.w_WB));
     node.v_WB = math::select(free, v, node.v_WB);
   }
-  node.w_PB = transposed_times(node.R, node.w_WB - W);
+  node.w_PB = transposed_times(node.axes, node.w_WB - W);
 }
 
 /// Solves the step's convex problem: Newton's method on the joints' laws, an O(n) solve of the whole tree each.
@@ -202,6 +228,46 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
   }
 }
 
+/// w_d = (s - t) / a per axis. An axis without gain has no torque and does not flow.
+template <class T>
+inline Vec3<T> flow_rate(const Node<T>& node, const Vec3<T>& trial, const Vec3<T>& torque) {
+  const auto rate = [](const T& excess, const T& gain) {
+    const auto some = gain > T(0.0);
+    return math::select(some, excess / math::select(some, gain, T(1.0)), T(0.0));
+  };
+  const Vec3<T> excess = trial - torque;
+  const Vec3<T>& a = node.law.gain;
+  return {rate(excess.x, a.x), rate(excess.y, a.y), rate(excess.z, a.z)};
+}
+
+/// Moves the rest rotations of the joints that flow, so that exp(q_f[n+1]) = exp(q_f[n]) exp(h w_f).
+template <class T>
+inline void flow(const StepContext& context, const Plan<T>& plan, const Node<T>& node, int slot, const Vec3<T>& torque,
+                 const Vec3<T>& w_d, const Bodies<T>& now, Bodies<T>& next) {
+  const auto flowing = node.linearized.flowing > T(0.0);
+  const T work = node.h * dot(torque, w_d);
+  const T norm = math::square_root(squared_norm(node.law, torque));
+  const auto some = flowing && norm > T(0.0);
+  next.flow = now.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
+  add_work(context, plan, slot, &Work::flow, math::select(flowing, work, T(0.0)));
+  const Vec3<T> w_f = rotate(plan.constants[slot].section, node.w_PB - w_d);
+  const Quat<T> elastic = conjugate(now.rest) * now.rotation * math::exp_rotation(scaled(w_f, node.h));
+  next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), now.rest);
+}
+
+/// Work that the loads do on a slot's bodies, `velocity` being that of the com.
+template <class T>
+inline void account_loads(const StepContext& context, const Plan<T>& plan, const Node<T>& node, int slot,
+                          const Vec3<T>& velocity) {
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.copy < 0) continue;
+    Copy& copy = context.copies[task.copy];
+    const BodyForce& load = copy.loads[task.body];
+    copy.work.input += copy.h * (load.force.dot(lane(velocity, k)) + load.torque.dot(lane(node.w_WB, k)));
+  }
+}
+
 /// Moves the configuration with the new velocities, the rest rotations with the flow, and keeps the new momenta.
 /// Returns 0, or NaN in a lane whose state is not finite.
 template <class T>
@@ -210,24 +276,23 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   const Node<T>& node = nodes[slot];
   const Bodies<T> now = read_bodies(context, plan, slot);
   Bodies<T> next = now;
-  next.rotation = renormalized(now.rotation * math::exp_rotation(scaled(node.w_PB, node.h)));
-  next.linear_momentum = scaled(node.v_WB + cross(node.w_WB, node.c), body.mass);
+  const Vec3<T> turn = body.isotropic ? node.w_PB : rotate(body.section, node.w_PB);
+  next.rotation = renormalized(now.rotation * math::exp_rotation(scaled(turn, node.h)));
+  const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);
+  next.linear_momentum = scaled(velocity, body.mass);
   next.angular_momentum =
       scaled(node.w_WB, body.inertia) + scaled(node.u, dot(node.u, node.w_WB)) + scaled(node.v, dot(node.v, node.w_WB));
-  next.trial_torque = trial_torque(body, node, node.w_PB);
-  Vec3<T> torque = next.trial_torque;
-  if (body.flows) {
-    torque = linearized_torque(node, next.trial_torque);
-    const auto flowing = node.tangential < T(1.0);
-    if (math::any(flowing)) {
-      // w_f = w - (s - t) / a, and exp(q_f[n+1]) = exp(q_f[n]) exp(h w_f)
-      const T a = math::select(node.gain > T(0.0), node.gain, T(1.0));
-      const Vec3<T> w_f = node.w_PB - scaled(next.trial_torque - torque, T(1.0) / a);
-      const Quat<T> elastic = conjugate(now.rest) * now.rotation * math::exp_rotation(scaled(w_f, node.h));
-      next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), now.rest);
-    }
+  next.trial_torque = trial_torque(node, node.w_PB);
+  const Vec3<T> torque = linearized_torque(node, next.trial_torque);
+  Vec3<T> w_f = node.w_PB;
+  if (!node.elastic) {
+    const Vec3<T> w_d = flow_rate(node, next.trial_torque, torque);
+    flow(context, plan, node, slot, torque, w_d, now, next);
+    w_f = w_f - w_d;
   }
-  write_bodies(context, plan, slot, node, next, torque);
+  add_work(context, plan, slot, &Work::viscous, T(node.h * dot(times(w_f, w_f), body.damping)));
+  if (context.inputs->loads != nullptr) account_loads(context, plan, node, slot, velocity);
+  write_bodies(context, plan, slot, node, next, body.isotropic ? torque : rotate(body.section, torque));
   const T sum = next.rotation.w + next.rest.w + dot(next.linear_momentum, next.linear_momentum) +
                 dot(next.angular_momentum, next.angular_momentum) + dot(torque, torque);
   return sum - sum;

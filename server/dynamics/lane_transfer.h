@@ -34,6 +34,15 @@ inline Value of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, 
   return value;
 }
 
+/// Adds each lane's value to a sum of its copy.
+template <class T>
+inline void add_work(const StepContext& context, const Plan<T>& plan, int slot, double Work::*sum, const T& value) {
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.copy >= 0) context.copies[task.copy].work.*sum += math::lane(value, k);
+  }
+}
+
 /// Adds one lane's share of a child's articulated inertia to its parent's.
 template <class T>
 inline void add_lane(const Articulated<T>& child, int child_lane, Articulated<T>& parent, int parent_lane) {
@@ -71,6 +80,8 @@ struct Bodies {
   Vec3<T> linear_momentum;
   Vec3<T> angular_momentum;
   Vec3<T> trial_torque;
+  T flow;
+  T yield_scale;
 };
 
 inline const BodyState& state_of(const StepContext& context, const Task& task) {
@@ -87,6 +98,8 @@ inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, in
     math::set_lane(bodies.linear_momentum, k, state.linear_momentum);
     math::set_lane(bodies.angular_momentum, k, state.angular_momentum);
     math::set_lane(bodies.trial_torque, k, state.trial_torque);
+    math::set_lane(bodies.flow, k, state.flow);
+    math::set_lane(bodies.yield_scale, k, state.yield_scale);
   }
   return bodies;
 }
@@ -108,7 +121,9 @@ inline void write_bodies(const StepContext& context, const Plan<T>& plan, int sl
     state.angular_momentum = lane(bodies.angular_momentum, k);
     state.torque = lane(torque, k);
     state.trial_torque = lane(bodies.trial_torque, k);
-    state.yielding = math::lane(node.tangential, k) < 1.0;
+    state.flow = math::lane(bodies.flow, k);
+    state.yield_scale = math::lane(bodies.yield_scale, k);
+    state.yielding = math::lane(node.linearized.flowing, k) > 0.0;
   }
 }
 

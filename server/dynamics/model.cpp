@@ -23,8 +23,11 @@ class Check {
   void positive(const char* what, double value) const {
     if (!(value > 0.0) || !std::isfinite(value)) fail(what, value, "finite and > 0");
   }
-  void yield(double value) const {
-    if (!(value >= 0.0)) fail("yield torque", value, ">= 0 or infinity");
+  void at_least_zero_or_infinite(const char* what, double value) const {
+    if (!(value >= 0.0)) fail(what, value, ">= 0 or infinity");
+  }
+  void ratio(const char* what, double value) const {
+    if (!(value > 0.0)) fail(what, value, "> 0 or infinity");
   }
   void finite(const char* what, const Eigen::Vector3d& value) const {
     if (!value.allFinite()) fail(what, value.transpose(), "finite");
@@ -69,10 +72,17 @@ void check_body(const BodyDefinition& body, int index) {
   check.positive("mass", body.mass);
   check.finite("com", body.com);
   check.inertia(body.inertia);
-  check.at_least_zero("stiffness", body.joint.stiffness);
+  check.at_least_zero_or_infinite("stiffness", body.joint.stiffness);
   check.at_least_zero("damping", body.joint.damping);
   check.at_least_zero("flow damping", body.joint.flow_damping);
-  check.yield(body.joint.yield_torque);
+  check.at_least_zero_or_infinite("yield torque", body.joint.yield_torque);
+  check.at_least_zero("hardening", body.joint.hardening);
+  check.unit("section axes", body.joint.shape.axes);
+  for (int k = 0; k < 3; ++k) {
+    check.at_least_zero("stiffness ratio", body.joint.shape.stiffness[k]);
+    check.at_least_zero("damping ratio", body.joint.shape.damping[k]);
+    check.ratio("yield ratio", body.joint.shape.yield[k]);
+  }
 }
 
 }  // namespace
@@ -86,6 +96,7 @@ Model::Model(ModelDefinition definition) : definition_(std::move(definition)) {
     check_body(body, i);
     body.rotation.normalize();
     body.rest_rotation.normalize();
+    body.joint.shape.axes.normalize();
   }
 }
 

@@ -21,57 +21,39 @@ constexpr int kLineSearchIterations = 40;
 // The line search accepts a point where the slope has fallen to this part of its first value.
 constexpr double kSlopeReduction = 0.3;
 
-/// Linearises the laws of a slot at the trial torques `trial` (child's axes).
+/// Linearises the laws of a slot at the trial torques `trial`.
 template <class T>
-inline void linearize(FlowLaw law, const Constants<T>& body, const Vec3<T>& trial, Node<T>& node) {
+inline void linearize(FlowLaw kind, const Vec3<T>& trial, Node<T>& node) {
   node.trial = trial;
-  const auto ret = radial_return(law, node.gain, body.flow_damping, body.yield, math::square_root(dot(trial, trial)));
-  node.radial = ret.radial;
-  node.tangential = ret.tangential;
-  node.isotropic = math::all(ret.radial == ret.tangential);
+  node.linearized = radial_return(kind, node.law, trial);
+  node.elastic = !math::any(node.linearized.flowing > T(0.0));
 }
 
-/// dt/ds of the linearised law: identity 1 + dyad axis axis^T.
-template <class T>
-struct RankOne {
-  T identity;
-  T dyad;
-  Vec3<T> axis;
-};
-
-template <class T>
-inline RankOne<T> law_slope(const Node<T>& node) {
-  const T norm2 = dot(node.trial, node.trial);
-  return {node.tangential, (node.radial - node.tangential) / math::select(norm2 > T(0.0), norm2, T(1.0)), node.trial};
-}
-
-/// Torque of the linearised law at the trial torque s: (tangential - radial) s0 + dt/ds s.
+/// Torque of the linearised law at the trial torque s: share s - curvature (a u) u^T (s - s0).
 template <class T>
 inline Vec3<T> linearized_torque(const Node<T>& node, const Vec3<T>& s) {
-  if (node.isotropic) return scaled(s, node.tangential);
-  const RankOne<T> slope = law_slope(node);
-  const T along = slope.dyad * dot(s, slope.axis) + (node.tangential - node.radial);
-  return scaled(s, slope.identity) + scaled(slope.axis, along);
+  if (node.elastic) return s;
+  const Return<T>& at = node.linearized;
+  const T along = at.curvature * dot(at.u, s - node.trial);
+  return times(at.share, s) - scaled(times(node.law.gain, at.u), along);
 }
 
 template <class T>
-inline Vec3<T> trial_torque(const Constants<T>& body, const Node<T>& node, const Vec3<T>& w) {
-  return scaled(node.strain, body.stiffness) + scaled(w, node.gain);
+inline Vec3<T> trial_torque(const Node<T>& node, const Vec3<T>& w) {
+  return node.elastic_torque + times(node.law.gain, w);
 }
 
 template <class T>
-inline Vec3<T> law_torque(FlowLaw law, const Constants<T>& body, const Node<T>& node, const Vec3<T>& s) {
-  const auto ret = radial_return(law, node.gain, body.flow_damping, body.yield, math::square_root(dot(s, s)));
-  return scaled(s, ret.tangential);
+inline Vec3<T> law_torque(FlowLaw kind, const Node<T>& node, const Vec3<T>& s) {
+  return times(radial_return(kind, node.law, s).share, s);
 }
 
 template <class T>
 inline bool all_laws_hold(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
-    const Constants<T>& body = plan.constants[slot];
-    if (!body.flows) continue;
-    const Vec3<T> s = trial_torque(body, nodes[slot], nodes[slot].w_PB);
-    const Vec3<T> error = law_torque(law, body, nodes[slot], s) - linearized_torque(nodes[slot], s);
+    if (!plan.constants[slot].flows) continue;
+    const Vec3<T> s = trial_torque(nodes[slot], nodes[slot].w_PB);
+    const Vec3<T> error = law_torque(law, nodes[slot], s) - linearized_torque(nodes[slot], s);
     if (!math::all(dot(error, error) <= kNewtonTolerance * kNewtonTolerance * dot(s, s))) return false;
   }
   return true;
@@ -84,14 +66,13 @@ template <class T>
 inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes, double lambda) {
   T sum{};
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
-    const Constants<T>& body = plan.constants[slot];
-    if (!body.flows) continue;
+    if (!plan.constants[slot].flows) continue;
     const Node<T>& node = nodes[slot];
     const Vec3<T> d = node.w_PB - node.iterate;
     const Vec3<T> w = node.iterate + scaled(d, lambda);
-    const Vec3<T> affine_new = scaled(linearized_torque(node, trial_torque(body, node, node.w_PB)), -node.h);
+    const Vec3<T> affine_new = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     const Vec3<T> affine = node.affine + scaled(affine_new - node.affine, lambda);
-    const Vec3<T> torque = law_torque(law, body, node, trial_torque(body, node, w));
+    const Vec3<T> torque = law_torque(law, node, trial_torque(node, w));
     sum = sum + dot(affine + scaled(torque, node.h), d);
   }
   double total = 0.0;
@@ -120,13 +101,12 @@ template <class T>
 inline void accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(law, plan, nodes);
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
-    const Constants<T>& body = plan.constants[slot];
-    if (!body.flows) continue;
+    if (!plan.constants[slot].flows) continue;
     Node<T>& node = nodes[slot];
-    const Vec3<T> affine = scaled(linearized_torque(node, trial_torque(body, node, node.w_PB)), -node.h);
+    const Vec3<T> affine = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     node.affine = iteration == 1 ? affine : node.affine + scaled(affine - node.affine, lambda);
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
-    linearize(law, body, trial_torque(body, node, node.iterate), node);
+    linearize(law, trial_torque(node, node.iterate), node);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "layfigure/dynamics/joint_law.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
@@ -26,14 +27,19 @@ struct Constants {
   T inertia;
   Vec3<T> u;
   Vec3<T> v;
-  T stiffness;
-  T damping;
+  // the joint's law in the axes of its section
+  Quat<T> section;  ///< R_BS
+  Vec3<T> stiffness;
+  Vec3<T> damping;
+  Vec3<T> inverse_shape;
   T flow_damping;
   T yield;
-  T free;      ///< 1 for a root that no joint holds
-  T fixed;     ///< 1 for a root that is welded to the world
-  bool roots;  ///< some lane is free or fixed
-  bool flows;  ///< some lane has a joint with a finite yield torque
+  T hardening;
+  T free;          ///< 1 for a root that no joint holds
+  T fixed;         ///< 1 for a root that is welded to the world
+  bool roots;      ///< some lane is free or fixed
+  bool flows;      ///< some lane has a joint with a finite yield torque
+  bool isotropic;  ///< every lane's law is the same in all directions
 };
 
 /// Articulated inertia [[A, H], [H^T, M]] and momentum target (b_angular, b_linear) of a body, or what a child adds to
@@ -53,9 +59,9 @@ struct Node {
   T h;  ///< length of the step
   // kinematics
   Quat<T> orientation;
-  Mat3<T> R;
-  Vec3<T> r;  ///< from the parent's origin
-  Vec3<T> c;  ///< from the origin to the com
+  Mat3<T> axes;  ///< of the joint's section
+  Vec3<T> r;     ///< from the parent's origin
+  Vec3<T> c;     ///< from the origin to the com
   Vec3<T> u;
   Vec3<T> v;
   // momenta that the bodies would have if nothing held them, about the com
@@ -66,20 +72,19 @@ struct Node {
   Mat3<T> P;
   Mat3<T> B;
   Vec3<T> y;
-  // joint law, child's axes
-  T gain;          ///< a = K_f h + D_f
-  Vec3<T> strain;  ///< q_f
-  Vec3<T> trial;   ///< s at which the law is linearised
-  T radial;        ///< dt/ds along the trial torque ...
-  T tangential;    ///< ... and across it
-  // velocities: of the body, world, and relative to the parent, child's axes
+  // velocities of the body
   Vec3<T> w_WB;
   Vec3<T> v_WB;
-  Vec3<T> w_PB;
-  // last accepted Newton iterate, child's axes: relative velocity and affine part of the gradient
+  // joint law, section axes
+  StepLaw<T> law;
+  Vec3<T> elastic_torque;  ///< K_f q_f[n]
+  Vec3<T> w_PB;            ///< relative to the parent
+  Vec3<T> trial;           ///< s at which the law is linearised ...
+  Return<T> linearized;    ///< ... and what it gave
+  // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
   Vec3<T> iterate;
   Vec3<T> affine;
-  bool isotropic;  ///< radial == tangential in every lane
+  bool elastic;  ///< linearised below yield in every lane
 };
 
 /// One copy of the doll in a step: a run of its own with its own step length.
@@ -90,6 +95,7 @@ struct Copy {
   std::vector<BodyForce> coupling_forces;  ///< of the sub-step, one per coupling
   double h{0.0};                           ///< length of its sub-steps [s]
   double offset{0.0};                      ///< of the sub-step from the step's beginning [s]
+  Work work;                               ///< of all its sub-steps
 };
 
 /// A schedule with the definitions in its layout.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "axis_law.h"
 #include "layfigure/math/rotation.h"
 
 namespace layfigure::dynamics {
@@ -32,6 +33,8 @@ State initial_state(const Model& model) {
                             .angular_momentum = Eigen::Vector3d::Zero(),
                             .torque = Eigen::Vector3d::Zero(),
                             .trial_torque = Eigen::Vector3d::Zero(),
+                            .flow = 0.0,
+                            .yield_scale = 1.0,
                             .yielding = false});
   }
   return state;
@@ -62,12 +65,13 @@ Energy energy(const Model& model, const State& state) {
   for (int i = 0; i < model.size(); ++i) {
     const BodyDefinition& body = model.body(i);
     const BodyState& now = state.bodies[i];
-    const Eigen::Vector3d strain = math::log_rotation(now.rest_rotation.conjugate() * now.rotation);
     sum.kinetic += 0.5 * now.linear_momentum.squaredNorm() / body.mass;
     sum.kinetic += rotational_energy(body, poses[i].rotation.conjugate() * now.angular_momentum);
     sum.gravitational -= body.mass * model.gravity().dot(poses[i].com);
     if (body.parent >= 0 || model.root() == RootKind::kBall) {
-      sum.elastic += 0.5 * body.joint.stiffness * strain.squaredNorm();
+      const Eigen::Vector3d strain = math::log_rotation(now.rest_rotation.conjugate() * now.rotation);
+      const Eigen::Vector3d along = body.joint.shape.axes.conjugate() * strain;
+      sum.elastic += 0.5 * along.dot(axis_stiffness(body.joint).cwiseProduct(along));
     }
   }
   return sum;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "axis_law.h"
 #include "layfigure/math/rotation.h"
 #include "run.h"
 
@@ -32,21 +33,25 @@ void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& co
   };
   const bool free = body.parent < 0 && root == RootKind::kFree;
   const bool fixed = body.parent < 0 && root == RootKind::kFixed;
-  const bool jointed = !free && !fixed;
   math::set_lane(constants.mass, k, body.mass);
   math::set_lane(constants.anchor, k, body.parent < 0 ? Eigen::Vector3d::Zero() : body.anchor);
   math::set_lane(constants.com, k, body.com);
   math::set_lane(constants.inertia, k, moments[0]);
   math::set_lane(constants.u, k, dyad(1));
   math::set_lane(constants.v, k, dyad(2));
-  math::set_lane(constants.stiffness, k, jointed ? body.joint.stiffness : 0.0);
-  math::set_lane(constants.damping, k, jointed ? body.joint.damping : 0.0);
-  math::set_lane(constants.flow_damping, k, jointed ? body.joint.flow_damping : 0.0);
-  math::set_lane(constants.yield, k, jointed ? body.joint.yield_torque : std::numeric_limits<double>::infinity());
+  const JointLaw law = free || fixed ? JointLaw{} : body.joint;
+  set_lane(constants.section, k, law.shape.axes);
+  set_lane(constants.stiffness, k, axis_stiffness(law));
+  set_lane(constants.damping, k, axis_damping(law));
+  set_lane(constants.inverse_shape, k, axis_inverse_shape(law));
+  math::set_lane(constants.flow_damping, k, law.flow_damping);
+  math::set_lane(constants.yield, k, law.yield_torque);
+  math::set_lane(constants.hardening, k, law.hardening);
   math::set_lane(constants.free, k, free ? 1.0 : 0.0);
   math::set_lane(constants.fixed, k, fixed ? 1.0 : 0.0);
-  constants.roots = constants.roots || !jointed;
-  constants.flows = constants.flows || (jointed && std::isfinite(body.joint.yield_torque));
+  constants.roots = constants.roots || free || fixed;
+  constants.flows = constants.flows || std::isfinite(law.yield_torque);
+  constants.isotropic = constants.isotropic && is_isotropic(law);
 }
 
 template <class T>
@@ -59,6 +64,7 @@ Plan<T> make_plan(const Model& model, int copies) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Constants<T>& constants = plan.constants.emplace_back();
     constants.roots = constants.flows = false;
+    constants.isotropic = true;
     for (int k = 0; k < plan.schedule.lanes(); ++k) {
       const Task& task = plan.schedule.tasks(slot)[k];
       set_body(task.copy < 0 ? idle : model.body(task.body), task.copy < 0 ? RootKind::kBall : model.root(), k,
@@ -147,6 +153,7 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
       copy.to = data.runs[k].data();
       copy.h = h / (k + 1);
       copy.offset = sub * copy.h;
+      if (sub == 0) copy.work = {};
       if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time, copy);
     }
     const Eigen::Vector3d& g = model.gravity();
@@ -176,6 +183,9 @@ void extrapolate_runs(Workspace::Data& data, int order) {
     }
     body.rotation = extrapolate(rotations, weights, order);
     if (flowed) body.rest_rotation = extrapolate(rests, weights, order);
+    double flow_sum = 0.0;
+    for (int k = 0; k < order; ++k) flow_sum += weights[k] * data.runs[k][i].flow;
+    body.flow = flow_sum;
     for (const auto member : {&BodyState::position, &BodyState::linear_momentum, &BodyState::angular_momentum}) {
       Eigen::Vector3d sum = weights[order - 1] * (body.*member);
       for (int k = 0; k + 1 < order; ++k) sum += weights[k] * (data.runs[k][i].*member);
@@ -194,6 +204,7 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
   data.finest = order - 1;
   StepReport report = make_runs(model, state, data, inputs, options.step, order);
   if (report.status != StepStatus::kOk) return report;
+  report.work = data.copies[order - 1].work;
   if (order > 1) extrapolate_runs(data, order);
   state.time += options.step;
   std::swap(state.bodies, data.runs[order - 1]);

@@ -13,7 +13,8 @@ template <class T>
 Vec3<T> some_arithmetic(const Vec3<T>& a, const Vec3<T>& b) {
   const Quat<T> q = renormalized(exp_rotation(a) * exp_rotation(b));
   Sym3<T> inertia = point_inertia(T(2.0), a);
-  inertia += isotropic_plus_dyad(T(0.3), T(1.0), b);
+  inertia += dyad(T(1.5), b);
+  inertia += Sym3<T>{T(0.3), T(0.0), T(0.0), T(0.3), T(0.0), T(0.3)};
   return inverse(inertia) * log_rotation(q) + rotate(q, cross(a, b));
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
@@ -21,13 +22,29 @@ enum class RootKind {
   kFixed,  ///< welded to the world
 };
 
+/// How the law of a joint differs between the axes of its cross-section.
+struct JointShape {
+  Eigen::Quaterniond axes{Eigen::Quaterniond::Identity()};  ///< R_BS: x twist, y and z bends, in the child's frame
+  Eigen::Vector3d stiffness{1.0, 1.0, 1.0};                 ///< ratios of K_f, >= 0
+  Eigen::Vector3d damping{1.0, 1.0, 1.0};                   ///< ratios of D_f, >= 0
+  Eigen::Vector3d yield{1.0, 1.0,
+                        1.0};  ///< ratios of t_y (semi-axes of the yield ellipsoid), > 0; infinity: never yields
+  std::array<bool, 3> locked{false, false, false};  ///< axes that do not turn at all
+};
+
+/// Stiffness at which an axis counts as rigid [N m/rad]: it gives 1e-9 rad per N m, what a step's rounding leaves.
+/// Larger values, infinity among them, are taken as this.
+constexpr double kRigidStiffness = 1e9;
+
 /// The elasto-plastic law of one ball joint: a Kelvin-Voigt element (K_f, D_f) in series with a flow element that moves
 /// only at the yield torque. See joint_law.h for the equations.
 struct JointLaw {
-  double stiffness{0.0};                                         ///< K_f [N m/rad], >= 0
+  double stiffness{0.0};                                         ///< K_f [N m/rad], >= 0; infinity: rigid until yield
   double damping{0.0};                                           ///< D_f [N m s/rad], >= 0
   double flow_damping{0.0};                                      ///< D_d [N m s/rad], >= 0; 0 flows freely at yield
   double yield_torque{std::numeric_limits<double>::infinity()};  ///< t_y [N m], >= 0; infinity: purely elastic
+  double hardening{0.0};                                         ///< H [N m/rad], >= 0: growth of t_y with the flow
+  JointShape shape{};
 };
 
 /// One rigid body and the ball joint that ties it to its parent. The body's frame B has its origin at that joint.

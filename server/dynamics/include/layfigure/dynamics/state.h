@@ -16,7 +16,9 @@ struct BodyState {
   Eigen::Vector3d linear_momentum;   ///< of the body, world [kg m/s]
   Eigen::Vector3d angular_momentum;  ///< of the body about its com, world [kg m^2/s]
   Eigen::Vector3d torque;            ///< t of the last step, in B [N m]: what the joint's strain exerts
-  Eigen::Vector3d trial_torque;      ///< s of the last step, in B [N m]: t as if nothing flowed (warm start)
+  Eigen::Vector3d trial_torque;      ///< s of the last step, section axes [N m]: t as if nothing flowed (warm start)
+  double flow;                       ///< accumulated over all flow so far [rad]: what hardening grows with
+  double yield_scale;                ///< softness: scales the joint's yield torque from now on, >= 0
   bool yielding;                     ///< the joint flowed in the last step
 };
 

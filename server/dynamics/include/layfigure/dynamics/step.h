@@ -57,11 +57,21 @@ enum class StepStatus {
   kNotFinite,  ///< the state would not be finite; it was left as it was
 };
 
+/// Energy that crossed the doll's border or was turned into heat in a step [J]. In a base step
+///     E[n+1] - E[n] <= input - viscous - flow
+/// up to terms of the second order in h, which the extrapolated orders reduce: what is missing is numerical damping.
+struct Work {
+  double input{0.0};    ///< done on the doll by loads and couplings
+  double viscous{0.0};  ///< lost in the joints' dampers D_f
+  double flow{0.0};     ///< plastic work: lost in the joints' flow
+};
+
 struct StepReport {
   StepStatus status{StepStatus::kOk};
   int solves{0};         ///< O(n) solves, those of runs that go side by side counted once
   int yielding{0};       ///< joints that flowed in the last sub-step
   bool converged{true};  ///< every Newton iteration met its tolerance
+  Work work;             ///< of the finest run
 };
 
 /// Scratch memory of a step for one model, allocated once. One per thread.

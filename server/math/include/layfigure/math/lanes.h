@@ -62,6 +62,11 @@ inline bool all(const Mask4& mask) { return (mask.v[0] & mask.v[1] & mask.v[2] &
 inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
 inline Lanes4 select(const Mask4& mask, const Lanes4& yes, const Lanes4& no) { return Lanes4(mask.v ? yes.v : no.v); }
 
+template <class T>
+inline T maximum(const T& a, const T& b) {
+  return select(a > b, a, b);
+}
+
 inline double square_root(double x) { return std::sqrt(x); }
 inline Lanes4 square_root(const Lanes4& x) {
   return Lanes4(

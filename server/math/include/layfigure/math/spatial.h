@@ -120,11 +120,11 @@ inline Sym3<T> symmetric_transposed_product(const Mat3<T>& a, const Mat3<T>& b) 
           a.xx * b.xz + a.yx * b.yz + a.zx * b.zz, a.xy * b.xy + a.yy * b.yy + a.zy * b.zy,
           a.xy * b.xz + a.yy * b.yz + a.zy * b.zz, a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
 }
-/// alpha 1 + beta n n^T
+/// s n n^T
 template <class T>
-inline Sym3<T> isotropic_plus_dyad(const T& alpha, const T& beta, const Vec3<T>& n) {
-  const Vec3<T> bn = scaled(n, beta);
-  return {alpha + bn.x * n.x, bn.x * n.y, bn.x * n.z, alpha + bn.y * n.y, bn.y * n.z, alpha + bn.z * n.z};
+inline Sym3<T> dyad(const T& s, const Vec3<T>& n) {
+  const Vec3<T> sn = scaled(n, s);
+  return {sn.x * n.x, sn.x * n.y, sn.x * n.z, sn.y * n.y, sn.y * n.z, sn.z * n.z};
 }
 /// [r]^T [r] mass = mass (r^2 1 - r r^T): the inertia of a point mass at r.
 template <class T, class S>
