@@ -167,30 +167,38 @@ inline void measure_couplings(const StepContext& context, const Plan<T>& plan, c
   }
 }
 
-/// h dt/dw of the linearised laws in world axes: sum h share_k a_k e_k e_k^T - h curvature (a u) (a u)^T.
+/// Velocities of the lanes that hold a free or a fixed root.
+template <class T>
+inline void update_roots(const Constants<T>& body, const Vec3<T>& W, Node<T>& node) {
+  Vec3<T> w, v;
+  solve_free_root(node.articulated, w, v);
+  const auto free = body.free > T(0.0);
+  const auto fixed = body.fixed > T(0.0);
+  node.w_WB = math::select(free, w, math::select(fixed, Vec3<T>{}, node.w_WB));
+  node.v_WB = math::select(free, v, node.v_WB);
+  node.w_PB = math::select(free || fixed, transposed_times(node.axes, node.w_WB - W), node.w_PB);
+}
+
+/// h dt/dw of the linearised laws in section axes: diag(h share a) - h curvature (a u) (a u)^T.
 template <class T>
 inline Sym3<T> gain_of(const Node<T>& node) {
-  const Vec3<T> along = scaled(times(node.linearized.share, node.law.gain), node.h);
-  const Mat3<T>& e = node.axes;
-  Sym3<T> G = math::dyad(along.x, Vec3<T>{e.xx, e.yx, e.zx});
-  G += math::dyad(along.y, Vec3<T>{e.xy, e.yy, e.zy});
-  G += math::dyad(along.z, Vec3<T>{e.xz, e.yz, e.zz});
-  G += math::dyad(T(-(node.h * node.linearized.curvature)), e * times(node.law.gain, node.linearized.u));
+  const Vec3<T> diagonal = scaled(times(node.linearized.share, node.law.gain), node.h);
+  Sym3<T> G = math::dyad(T(-(node.h * node.linearized.curvature)), times(node.law.gain, node.linearized.u));
+  G += Sym3<T>{diagonal.x, T(0.0), T(0.0), diagonal.y, T(0.0), diagonal.z};
   return G;
 }
 
-/// Eliminates a slot's joints from the leaves' side and adds them to their parents.
+/// Eliminates a slot's joints from the leaves' side and adds them to their parents. Laws that differ between the axes are
+/// eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   Node<T>& node = nodes[slot];
-  const Vec3<T> residual = node.axes * scaled(linearized_torque(node, node.elastic_torque), -node.h);
-  if (node.elastic && plan.constants[slot].isotropic) [[likely]] {
-    const auto up = eliminate(node, Isotropic<T>{node.h * node.law.gain.x}, residual);
-    add_to_parents(plan, nodes, slot, shifted(up, node.r));
-  } else {
-    const auto up = eliminate(node, gain_of(node), residual);
-    add_to_parents(plan, nodes, slot, shifted(up, node.r));
-  }
+  const Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
+  node.in_section = !(node.elastic && plan.constants[slot].isotropic);
+  const auto up = node.in_section ? eliminate_in_section(node, gain_of(node), residual)
+                                  : eliminate(node.articulated, Isotropic<T>{node.h * node.law.gain.x},
+                                              node.axes * residual, node);
+  add_to_parents(plan, nodes, slot, shifted(up, node.r));
 }
 
 template <class T>
@@ -199,16 +207,16 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
   Node<T>& node = nodes[slot];
   const Vec3<T> W = of_parents(plan, nodes, slot, &Node<T>::w_WB);
   node.v_WB = of_parents(plan, nodes, slot, &Node<T>::v_WB) + cross(W, node.r);
-  node.w_WB = node.y + node.P * W - node.B * node.v_WB;
-  if (body.roots) {
-    Vec3<T> w, v;
-    solve_free_root(node.articulated, w, v);
-    const auto free = body.free > 0.0;
-    const auto fixed = body.fixed > 0.0;
-    node.w_WB = math::select(free, w, math::select(fixed, Vec3<T>{}, node.w_WB));
-    node.v_WB = math::select(free, v, node.v_WB);
+  if (node.in_section) {
+    const Vec3<T> W_S = transposed_times(node.axes, W);
+    const Vec3<T> w_S = node.y + node.P * W_S - node.B * node.v_WB;
+    node.w_WB = node.axes * w_S;
+    node.w_PB = w_S - W_S;
+  } else {
+    node.w_WB = node.y + node.P * W - node.B * node.v_WB;
+    node.w_PB = transposed_times(node.axes, node.w_WB - W);
   }
-  node.w_PB = transposed_times(node.axes, node.w_WB - W);
+  if (body.roots) update_roots(body, W, node);
 }
 
 /// Solves the step's convex problem: Newton's method on the joints' laws, an O(n) solve of the whole tree each.
@@ -222,9 +230,15 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
     for (int slot = 0; slot < slots; ++slot) update_velocities(plan, nodes, slot);
     ++report.solves;
-    report.converged = all_laws_hold(context.law, plan, nodes);
-    if (report.converged || report.solves >= kMaxNewtonIterations) return report;
-    accept_iterate(context.law, plan, nodes, report.solves);
+    report.converged = all_laws_hold(context.law, plan, nodes, kNewtonTolerance);
+    if (report.converged) return report;
+    if (report.solves >= kMaxNewtonIterations) {
+      report.converged = all_laws_hold(context.law, plan, nodes, kAcceptedTolerance);
+      return report;
+    }
+    // Where the function does not fall any more, this is its minimum as far as rounding lets one see.
+    report.converged = !accept_iterate(context.law, plan, nodes, report.solves);
+    if (report.converged) return report;
   }
 }
 

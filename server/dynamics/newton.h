@@ -10,9 +10,13 @@
 /// linearisation. A line search on the convex function makes it converge from anywhere.
 namespace layfigure::dynamics {
 
-// A law agrees with its linearisation when their torques differ by this part of the trial torque: what the rounding of
-// a step leaves, with two digits to spare.
+// A law agrees with its linearisation when their torques differ by this part of the trial torque ...
 constexpr double kNewtonTolerance = 1e-12;
+// ... or of the torque that the joint's gain makes of the body's own angular velocity: the relative velocity of a stiff
+// joint is a small difference of large ones, and this is its rounding.
+constexpr double kVelocityRounding = 1e-14;
+// Where rounding keeps the iteration from more, in scenes that mix very stiff and very light joints, this is accepted.
+constexpr double kAcceptedTolerance = 1e-8;
 // Smooth flow takes 2 to 3. Every iteration past the free ones decreases a convex function.
 constexpr int kMaxNewtonIterations = 60;
 // Undamped iterations before the line search may act: it is not needed where the regimes settle at once.
@@ -48,13 +52,20 @@ inline Vec3<T> law_torque(FlowLaw kind, const Node<T>& node, const Vec3<T>& s) {
   return times(radial_return(kind, node.law, s).share, s);
 }
 
+/// Square of the largest disagreement that counts as none.
 template <class T>
-inline bool all_laws_hold(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+inline T tolerated(const Node<T>& node, const Vec3<T>& s, double tolerance) {
+  const T noise = dot(node.law.gain, node.law.gain) * dot(node.w_WB, node.w_WB);
+  return tolerance * tolerance * dot(s, s) + kVelocityRounding * kVelocityRounding * noise;
+}
+
+template <class T>
+inline bool all_laws_hold(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes, double tolerance) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
     const Vec3<T> s = trial_torque(nodes[slot], nodes[slot].w_PB);
     const Vec3<T> error = law_torque(law, nodes[slot], s) - linearized_torque(nodes[slot], s);
-    if (!math::all(dot(error, error) <= kNewtonTolerance * kNewtonTolerance * dot(s, s))) return false;
+    if (!math::all(dot(error, error) <= tolerated(nodes[slot], s, tolerance))) return false;
   }
   return true;
 }
@@ -80,26 +91,29 @@ inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<
   return total;
 }
 
-/// How far to go towards the new solution, in (0, 1]: the whole way unless it overshoots the minimum.
+/// How far to go towards the new solution: the whole way, unless it overshoots the minimum. 0 where the function does not
+/// fall any more on the way, so that the last iterate is its minimum to rounding.
 template <class T>
 inline double line_search(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  const double accepted = kSlopeReduction * std::abs(slope_at(law, plan, nodes, 0.0));
+  const double start = slope_at(law, plan, nodes, 0.0);
+  if (!(start < 0.0)) return 0.0;
   double low = 0.0;
   double high = 1.0;
   double lambda = 1.0;
   for (int k = 0; k < kLineSearchIterations; ++k) {
     const double slope = slope_at(law, plan, nodes, lambda);
-    if (std::abs(slope) <= accepted || (slope < 0.0 && lambda == 1.0)) break;
+    if (std::abs(slope) <= -kSlopeReduction * start || (slope < 0.0 && lambda == 1.0)) break;
     (slope > 0.0 ? high : low) = lambda;
     lambda = 0.5 * (low + high);
   }
   return lambda;
 }
 
-/// Accepts the new solution, or a part of the way to it, and linearises the laws there.
+/// Accepts the new solution, or a part of the way to it, and linearises the laws there. False if there was no way to go.
 template <class T>
-inline void accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+inline bool accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(law, plan, nodes);
+  if (lambda == 0.0) return false;
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
     Node<T>& node = nodes[slot];
@@ -108,6 +122,7 @@ inline void accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
     linearize(law, trial_torque(node, node.iterate), node);
   }
+  return true;
 }
 
 }  // namespace layfigure::dynamics

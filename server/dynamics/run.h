@@ -84,7 +84,8 @@ struct Node {
   // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
   Vec3<T> iterate;
   Vec3<T> affine;
-  bool elastic;  ///< linearised below yield in every lane
+  bool elastic;     ///< linearised below yield in every lane
+  bool in_section;  ///< the factor is in section axes
 };
 
 /// One copy of the doll in a step: a run of its own with its own step length.

@@ -27,7 +27,8 @@ constexpr double kWorthwhileFill = 0.5;
 template <class T>
 void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& constants) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(body.inertia);
-  const Eigen::Vector3d moments = axes.eigenvalues().cwiseMax(0.0);
+  const Eigen::Vector3d moments =
+      axes.eigenvalues().cwiseMax(kSmallestGyration * kSmallestGyration * body.mass).eval();
   const auto dyad = [&](int axis) -> Eigen::Vector3d {
     return axes.eigenvectors().col(axis) * std::sqrt(moments[axis] - moments[0]);
   };

@@ -73,6 +73,19 @@ inline Vec3<T> transposed_times(const Mat3<T>& m, const Vec3<T>& v) {
 }
 
 template <class T>
+inline Mat3<T> transposed(const Mat3<T>& m) {
+  return {m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz};
+}
+template <class T>
+inline Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
+  return {a.xx * b.xx + a.xy * b.yx + a.xz * b.zx, a.xx * b.xy + a.xy * b.yy + a.xz * b.zy,
+          a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.yx * b.xx + a.yy * b.yx + a.yz * b.zx,
+          a.yx * b.xy + a.yy * b.yy + a.yz * b.zy, a.yx * b.xz + a.yy * b.yz + a.yz * b.zz,
+          a.zx * b.xx + a.zy * b.yx + a.zz * b.zx, a.zx * b.xy + a.zy * b.yy + a.zz * b.zy,
+          a.zx * b.xz + a.zy * b.yz + a.zz * b.zz};
+}
+
+template <class T>
 struct Sym3 {
   T xx, xy, xz, yy, yz, zz;
 };
@@ -119,6 +132,14 @@ inline Sym3<T> symmetric_transposed_product(const Mat3<T>& a, const Mat3<T>& b) 
   return {a.xx * b.xx + a.yx * b.yx + a.zx * b.zx, a.xx * b.xy + a.yx * b.yy + a.zx * b.zy,
           a.xx * b.xz + a.yx * b.yz + a.zx * b.zz, a.xy * b.xy + a.yy * b.yy + a.zy * b.zy,
           a.xy * b.xz + a.yy * b.yz + a.zy * b.zz, a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
+}
+/// E m E^T
+template <class T>
+inline Sym3<T> congruent(const Mat3<T>& E, const Sym3<T>& m) {
+  const Mat3<T> Em = E * full(m);
+  return {Em.xx * E.xx + Em.xy * E.xy + Em.xz * E.xz, Em.xx * E.yx + Em.xy * E.yy + Em.xz * E.yz,
+          Em.xx * E.zx + Em.xy * E.zy + Em.xz * E.zz, Em.yx * E.yx + Em.yy * E.yy + Em.yz * E.yz,
+          Em.yx * E.zx + Em.yy * E.zy + Em.yz * E.zz, Em.zx * E.zx + Em.zy * E.zy + Em.zz * E.zz};
 }
 /// s n n^T
 template <class T>
