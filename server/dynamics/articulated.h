@@ -69,8 +69,8 @@ inline Articulated<double> spring_terms(const Vec3<double>& r, double k, const V
   return terms;
 }
 
-/// Eliminates a ball joint of gain G (Sym3 or Isotropic) and residual r from `own`: fills the node's factor, returns what
-/// its parent gets, seen from this joint.
+/// Eliminates a ball joint of gain G (Sym3 or Isotropic) and residual r from `own`: fills the node's factor, returns
+/// what its parent gets, seen from this joint.
 template <class T, class Gain>
 inline Articulated<T> eliminate(const Articulated<T>& own, const Gain& G, const Vec3<T>& residual, Node<T>& node) {
   Sym3<T> AG = own.A;
@@ -79,13 +79,12 @@ inline Articulated<T> eliminate(const Articulated<T>& own, const Gain& G, const 
   node.P = X * G;
   node.B = X * own.H;
   node.y = X * (own.b_angular + residual);
-  return {math::symmetric_product(own.A, node.P), G * node.B,
-          own.M - math::symmetric_transposed_product(own.H, node.B), G * node.y - residual,
-          own.b_linear - transposed_times(own.H, node.y)};
+  return {math::symmetric_product(own.A, node.P), G * node.B, own.M - math::symmetric_transposed_product(own.H, node.B),
+          G * node.y - residual, own.b_linear - transposed_times(own.H, node.y)};
 }
 
-/// The same with G and r in the axes E of the joint's section; so is the node's factor then, for parent angular velocities
-/// in section axes and linear ones in world axes.
+/// The same with G and r in the axes E of the joint's section; so is the node's factor then, for parent angular
+/// velocities in section axes and linear ones in world axes.
 template <class T>
 inline Articulated<T> eliminate_in_section(Node<T>& node, const Sym3<T>& G, const Vec3<T>& residual) {
   const Articulated<T>& own = node.articulated;

@@ -13,11 +13,8 @@ namespace layfigure::dynamics {
 
 template <class T>
 inline T step_lengths(const StepContext& context, const Plan<T>& plan, int slot) {
-  T h;
-  for (int k = 0; k < kLanes<T>; ++k) {
-    math::set_lane(h, k, context.copies[std::max(plan.schedule.tasks(slot)[k].copy, 0)].h);
-  }
-  return h;
+  const Task* tasks = plan.schedule.tasks(slot);
+  return math::from_lanes<T>([&](int k) { return context.copies[std::max(tasks[k].copy, 0)].h; });
 }
 
 /// Impulses of the scene's loads on the bodies of a slot, taken at the end of the sub-step.
@@ -188,16 +185,16 @@ inline Sym3<T> gain_of(const Node<T>& node) {
   return G;
 }
 
-/// Eliminates a slot's joints from the leaves' side and adds them to their parents. Laws that differ between the axes are
-/// eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
+/// Eliminates a slot's joints from the leaves' side and adds them to their parents. Laws that differ between the axes
+/// are eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   Node<T>& node = nodes[slot];
   const Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
   node.in_section = !(node.elastic && plan.constants[slot].isotropic);
-  const auto up = node.in_section ? eliminate_in_section(node, gain_of(node), residual)
-                                  : eliminate(node.articulated, Isotropic<T>{node.h * node.law.gain.x},
-                                              node.axes * residual, node);
+  const auto up = node.in_section
+                      ? eliminate_in_section(node, gain_of(node), residual)
+                      : eliminate(node.articulated, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
   add_to_parents(plan, nodes, slot, shifted(up, node.r));
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "run.h"
 
 /// Moving values between slots, whose lanes are different bodies, and between slots and the bodies' states.
@@ -24,12 +26,14 @@ template <class T, class Value>
 inline Value of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Value Node<T>::*member) {
   const Schedule& schedule = plan.schedule;
   if (schedule.aligned(slot)) return nodes[schedule.parent_slot(slot)].*member;
+  const Task* tasks = schedule.tasks(slot);
+  const auto parent_number = [&](int k, std::size_t j) {
+    return numbers<T>(nodes[tasks[k].parent_slot].*member)[j * kLanes<T> + tasks[k].parent_lane];
+  };
   Value value;
-  for (int k = 0; k < kLanes<T>; ++k) {
-    const Task& task = schedule.tasks(slot)[k];
-    const double* from = numbers<T>(nodes[task.parent_slot].*member) + task.parent_lane;
-    double* to = numbers<T>(value) + k;
-    for (std::size_t j = 0; j < sizeof(Value) / sizeof(T); ++j) to[j * kLanes<T>] = from[j * kLanes<T>];
+  T* const to = reinterpret_cast<T*>(&value);
+  for (std::size_t j = 0; j < sizeof(Value) / sizeof(T); ++j) {
+    to[j] = math::from_lanes<T>([&](int k) { return parent_number(k, j); });
   }
   return value;
 }
@@ -90,18 +94,15 @@ inline const BodyState& state_of(const StepContext& context, const Task& task) {
 
 template <class T>
 inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
-  Bodies<T> bodies;
-  for (int k = 0; k < kLanes<T>; ++k) {
-    const BodyState& state = state_of(context, plan.schedule.tasks(slot)[k]);
-    math::set_lane(bodies.rotation, k, state.rotation);
-    math::set_lane(bodies.rest, k, state.rest_rotation);
-    math::set_lane(bodies.linear_momentum, k, state.linear_momentum);
-    math::set_lane(bodies.angular_momentum, k, state.angular_momentum);
-    math::set_lane(bodies.trial_torque, k, state.trial_torque);
-    math::set_lane(bodies.flow, k, state.flow);
-    math::set_lane(bodies.yield_scale, k, state.yield_scale);
-  }
-  return bodies;
+  std::array<const BodyState*, kLanes<T>> states;
+  for (int k = 0; k < kLanes<T>; ++k) states[k] = &state_of(context, plan.schedule.tasks(slot)[k]);
+  return {math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rotation; }),
+          math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rest_rotation; }),
+          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->linear_momentum; }),
+          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->angular_momentum; }),
+          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->trial_torque; }),
+          math::from_lanes<T>([&](int k) { return states[k]->flow; }),
+          math::from_lanes<T>([&](int k) { return states[k]->yield_scale; })};
 }
 
 template <class T>

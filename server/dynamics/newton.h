@@ -91,8 +91,8 @@ inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<
   return total;
 }
 
-/// How far to go towards the new solution: the whole way, unless it overshoots the minimum. 0 where the function does not
-/// fall any more on the way, so that the last iterate is its minimum to rounding.
+/// How far to go towards the new solution: the whole way, unless it overshoots the minimum. 0 where the function does
+/// not fall any more on the way, so that the last iterate is its minimum to rounding.
 template <class T>
 inline double line_search(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   const double start = slope_at(law, plan, nodes, 0.0);
@@ -109,7 +109,8 @@ inline double line_search(FlowLaw law, const Plan<T>& plan, const std::vector<No
   return lambda;
 }
 
-/// Accepts the new solution, or a part of the way to it, and linearises the laws there. False if there was no way to go.
+/// Accepts the new solution, or a part of the way to it, and linearises the laws there. False if there was no way to
+/// go.
 template <class T>
 inline bool accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(law, plan, nodes);

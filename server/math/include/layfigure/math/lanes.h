@@ -54,6 +54,17 @@ inline double lane(const Lanes4& value, int index) { return value.v[index]; }
 inline void set_lane(double& value, int, double scalar) { value = scalar; }
 inline void set_lane(Lanes4& value, int index, double scalar) { value.v[index] = scalar; }
 
+/// The pack of f(0), f(1), .. , one per lane. Built in a register: a pack that is written lane by lane to memory and
+/// then read whole stalls the processor.
+template <class T, class F>
+inline T from_lanes(const F& f) {
+  if constexpr (LaneTraits<T>::kCount == 1) {
+    return f(0);
+  } else {
+    return T(typename T::Vector{f(0), f(1), f(2), f(3)});
+  }
+}
+
 inline bool any(bool mask) { return mask; }
 inline bool all(bool mask) { return mask; }
 inline bool any(const Mask4& mask) { return (mask.v[0] | mask.v[1] | mask.v[2] | mask.v[3]) != 0; }
