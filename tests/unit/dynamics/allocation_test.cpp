@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "allocation_count.h"
+#include "layfigure/dynamics/advance.h"
 #include "layfigure/dynamics/step.h"
 #include "scene.h"
 
@@ -25,6 +26,9 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
     }
     EXPECT_EQ(testing::allocation_count() - before, 0) << "order " << order;
     EXPECT_GT(yielding, 0) << "the scene must reach the flow law's code";
+    StepSize size;
+    EXPECT_EQ(advance(model, state, workspace, inputs, 0.1, {}, size).status, StepStatus::kOk);
+    EXPECT_EQ(testing::allocation_count() - before, 0);
   }
 }
 

@@ -47,8 +47,8 @@ struct JointLaw {
   JointShape shape{};
 };
 
-/// A body turns at least like a ball with this radius of gyration [m]. It gives point masses and infinitely thin rods, whose
-/// joints could otherwise move without any effort, an inertia far below that of anything with a size.
+/// A body turns at least like a ball with this radius of gyration [m]. It gives point masses and infinitely thin rods,
+/// whose joints could otherwise move without any effort, an inertia far below that of anything with a size.
 constexpr double kSmallestGyration = 1e-5;
 
 /// One rigid body and the ball joint that ties it to its parent. The body's frame B has its origin at that joint.

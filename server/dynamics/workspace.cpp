@@ -1,0 +1,104 @@
+#include "workspace.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "axis_law.h"
+
+namespace layfigure::dynamics {
+namespace {
+
+// A single run works on several bodies at once where that fills at least half of the lanes; a chain does not.
+constexpr double kWorthwhileFill = 0.5;
+
+template <class T>
+void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& constants) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(body.inertia);
+  const Eigen::Vector3d moments = axes.eigenvalues().cwiseMax(kSmallestGyration * kSmallestGyration * body.mass).eval();
+  const auto dyad = [&](int axis) -> Eigen::Vector3d {
+    return axes.eigenvectors().col(axis) * std::sqrt(moments[axis] - moments[0]);
+  };
+  const bool free = body.parent < 0 && root == RootKind::kFree;
+  const bool fixed = body.parent < 0 && root == RootKind::kFixed;
+  math::set_lane(constants.mass, k, body.mass);
+  math::set_lane(constants.anchor, k, body.parent < 0 ? Eigen::Vector3d::Zero() : body.anchor);
+  math::set_lane(constants.com, k, body.com);
+  math::set_lane(constants.inertia, k, moments[0]);
+  math::set_lane(constants.u, k, dyad(1));
+  math::set_lane(constants.v, k, dyad(2));
+  const JointLaw law = free || fixed ? JointLaw{} : body.joint;
+  set_lane(constants.section, k, law.shape.axes);
+  set_lane(constants.stiffness, k, axis_stiffness(law));
+  set_lane(constants.damping, k, axis_damping(law));
+  set_lane(constants.inverse_shape, k, axis_inverse_shape(law));
+  math::set_lane(constants.flow_damping, k, law.flow_damping);
+  math::set_lane(constants.yield, k, law.yield_torque);
+  math::set_lane(constants.hardening, k, law.hardening);
+  math::set_lane(constants.free, k, free ? 1.0 : 0.0);
+  math::set_lane(constants.fixed, k, fixed ? 1.0 : 0.0);
+  constants.roots = constants.roots || free || fixed;
+  constants.flows = constants.flows || std::isfinite(law.yield_torque);
+  constants.isotropic = constants.isotropic && is_isotropic(law);
+}
+
+template <class T>
+Plan<T> make_plan(const Model& model, int copies) {
+  std::vector<int> parents;
+  for (int i = 0; i < model.size(); ++i) parents.push_back(model.body(i).parent);
+  Plan<T> plan{.schedule = Schedule(parents, copies, math::LaneTraits<T>::kCount), .constants = {}};
+  // An idle lane computes the motion of a unit ball that nothing reads.
+  const BodyDefinition idle;
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    Constants<T>& constants = plan.constants.emplace_back();
+    constants.roots = constants.flows = false;
+    constants.isotropic = true;
+    for (int k = 0; k < plan.schedule.lanes(); ++k) {
+      const Task& task = plan.schedule.tasks(slot)[k];
+      set_body(task.copy < 0 ? idle : model.body(task.body), task.copy < 0 ? RootKind::kBall : model.root(), k,
+               constants);
+    }
+  }
+  return plan;
+}
+
+}  // namespace
+
+Workspace::Data::Data(const Model& model) {
+  const int n = model.size();
+  Plan<math::Lanes4> wide = make_plan<math::Lanes4>(model, 1);
+  if (wide.schedule.size() * wide.schedule.lanes() * kWorthwhileFill <= n) {
+    plans.push_back(std::move(wide));
+  } else {
+    narrow.emplace(make_plan<double>(model, 1));
+    narrow_nodes.resize(n + 1);
+  }
+  for (int count = 2; count <= kMaxOrder; ++count) plans.push_back(make_plan<math::Lanes4>(model, count));
+  nodes.resize(plans.back().schedule.size() + 1);
+  const State start = initial_state(model);
+  for (int k = 0; k < kMaxOrder; ++k) {
+    runs[k] = start.bodies;
+    copies[k].loads.resize(n);
+  }
+}
+
+void Workspace::Data::reserve_couplings(std::size_t count) {
+  for (Copy& copy : copies) copy.coupling_forces.resize(count);
+}
+
+SolveReport Workspace::Data::base_step(const StepContext& context) {
+  const int count = static_cast<int>(context.copies.size());
+  if (count == 1 && narrow) return dynamics::base_step(context, *narrow, narrow_nodes);
+  return dynamics::base_step(context, plans[count - (narrow ? 2 : 1)], nodes);
+}
+
+Workspace::Workspace(const Model& model) : data_(std::make_unique<Data>(model)) {}
+Workspace::~Workspace() = default;
+Workspace::Workspace(Workspace&&) noexcept = default;
+Workspace& Workspace::operator=(Workspace&&) noexcept = default;
+
+const BodyForce& Workspace::coupling_force(int index) const {
+  return data_->copies[data_->finest].coupling_forces[index];
+}
+
+}  // namespace layfigure::dynamics
