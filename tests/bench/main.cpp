@@ -16,6 +16,8 @@ int main(int argc, char** argv) {
 
   bench::WorkPrecisionOptions precision;
   auto* work = app.add_subcommand("work-precision", "CPU time and end state of a scene, for each step length");
+  // Newer CLI11 takes -h and --h for the same name.
+  work->set_help_flag("--help", "Print this help message and exit");
   work->add_option("--scene", precision.scene, "scene file (JSON)")->required();
   work->add_option("--order", precision.order, "convergence order")->check(CLI::Range(1, 4))->capture_default_str();
   work->add_option("--h", precision.h, "step lengths [s], separated by commas")

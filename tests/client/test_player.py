@@ -56,7 +56,7 @@ def test_hand_motion_world_move_brings_the_held_point_there() -> None:
     scheduled = motion.due(0)[1]
     assert isinstance(scheduled.action, Move)
     motion.begin_move(scheduled, scheduled.action)
-    motion.advance(30)
+    motion.advance(30, 30.0)
     assert motion.position is not None
     np.testing.assert_allclose(motion.position, [4.5, 5.0, 5.0])  # 0.5 short, as it was at the grab
 
@@ -66,6 +66,14 @@ def test_play_lockstep_orders_steps_up_to_each_pose(bus: Bus, server: ScriptedSe
     counts = [int(c.arguments[0].values[0]) for c in server.commands if c.name == "step"]
     assert counts == [17, 17, 16, 17, 17, 16]
     assert (server.steps, server.poses) == (100, 7)
+
+
+def test_play_lockstep_hand_moves_evenly_though_ticks_differ_in_steps(bus: Bus, server: ScriptedServer) -> None:
+    play(bus, server, session(Grab("LeftHand"), Move((0.3, 0.0, 0.0), 0.5, "grabbed", "linear"), Release()))
+    counts = [int(c.arguments[0].values[0]) for c in server.commands if c.name == "step"]
+    positions = np.array([pointer.position[0] for pointer in server.pointers])
+    speeds = np.diff(positions)[1:-1] / np.array(counts)[1:-1]  # the last tick ends the move early
+    np.testing.assert_allclose(speeds, 0.6e-3, rtol=1e-9)  # [m] a step of 1 ms
 
 
 def test_play_actions_are_carried_out_in_order(bus: Bus, server: ScriptedServer) -> None:
@@ -98,7 +106,7 @@ def test_play_move_relative_to_the_grab_ends_where_it_should(bus: Bus, server: S
     assert len(positions) == 1 + 30 + 15
     np.testing.assert_allclose(positions[30] - positions[0], [0.1, 0.2, 0.3])
     np.testing.assert_allclose(positions[-1], positions[0])
-    s = np.arange(31) / 30
+    s = np.minimum(np.ceil(np.arange(31) * 1000 / 60) / 500, 1.0)  # poses come after whole steps of 1 ms
     expected = (10 * s**3 - 15 * s**4 + 6 * s**5)[:, None] * [0.1, 0.2, 0.3]
     np.testing.assert_allclose(positions[:31] - positions[0], expected, atol=1e-12)
 

@@ -74,11 +74,12 @@ class HandMotion:
         self._from = self.position
         self._to = self._grabbed_at + (to if move.space == "grabbed" else to - self._held_at)
 
-    def advance(self, tick: int) -> None:
-        """Brings `position` to where it is to be at `tick`."""
+    def advance(self, tick: int, moment: float) -> None:
+        """Brings `position` to where it is to be at the end of the tick, which is at `moment`, in ticks."""
         if self._moving is None or not isinstance(self._moving.action, Move):
             return
-        s = (tick - self._moving.start) / (self._moving.end - self._moving.start)
+        s = min((moment - self._moving.start) / (self._moving.end - self._moving.start), 1.0)
         self.position = self._from + progress_of(self._moving.action.interpolation, s) * (self._to - self._from)
         if tick == self._moving.end:
+            self.position = self._to
             self._moving = None

@@ -64,7 +64,7 @@ class Player:
 
     def _pass_tick(self, hands: list[HandMotion], tick: int, clock: SessionClock) -> None:
         for hand in hands:
-            hand.advance(tick)
+            hand.advance(tick, clock.end_of_tick())
         clock.tick(lambda: self._send_pointers(hands))
 
     def _clock(self, character: Character, pose: Pose) -> SessionClock:

@@ -17,6 +17,9 @@ STEP_ATTEMPTS = 5
 
 
 class SessionClock(Protocol):
+    def end_of_tick(self) -> float:
+        """When the coming tick ends, in pose periods since the session's start."""
+
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
         """Sends the pointers to where they are to be at the tick's end, and lets the tick pass."""
 
@@ -27,11 +30,18 @@ class LockstepClock:
     def __init__(self, connection: Connection, character: Character, steps_done: int) -> None:
         self._connection = connection
         self._steps_per_pose = Fraction(character.physics_hz) / Fraction(character.pose_hz)
-        self._steps_done = steps_done
+        self._first_step = self._steps_done = steps_done
+
+    def end_of_tick(self) -> float:
+        """Not a whole number where pose_hz does not divide physics_hz: a hand that ignored that would move in jerks."""
+        return float((self._next_pose_step() - self._first_step) / self._steps_per_pose)
+
+    def _next_pose_step(self) -> int:
+        next_pose = math.floor(self._steps_done / self._steps_per_pose) + 1
+        return math.ceil(next_pose * self._steps_per_pose)
 
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
-        next_pose = math.floor(self._steps_done / self._steps_per_pose) + 1
-        count = Argument("count", values=(math.ceil(next_pose * self._steps_per_pose) - self._steps_done,))
+        count = Argument("count", values=(self._next_pose_step() - self._steps_done,))
         for attempt in range(STEP_ATTEMPTS):
             arguments = [count]
             if sent := send_pointers():
@@ -53,6 +63,9 @@ class RealtimeClock:
         self._period_s = 1.0 / character.pose_hz
         self._start_s = time.monotonic()
         self._ticks = 0
+
+    def end_of_tick(self) -> float:
+        return self._ticks + 1.0
 
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
         send_pointers()
