@@ -31,7 +31,10 @@ dynamics::BodyDefinition body_of(const Json& json) {
   body.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
   body.joint.stiffness = json.at("K").get<double>();
   body.joint.damping = json.at("D").get<double>();
-  body.joint.yield_torque = json.value("yield_torque", body.joint.yield_torque);
+  // null, like nothing, is an elastic joint: JSON has no infinity.
+  if (json.contains("yield_torque") && !json["yield_torque"].is_null()) {
+    body.joint.yield_torque = json["yield_torque"].get<double>();
+  }
   body.joint.flow_damping = json.value("flow_damping", 0.0);
   return body;
 }
