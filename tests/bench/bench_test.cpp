@@ -17,14 +17,17 @@ struct Outcome {
   std::string output;  ///< stdout and stderr
 };
 
-Outcome bench(const std::string& arguments) {
-  FILE* pipe = popen(("\"" LAYFIGURE_BENCH "\" " + arguments + " 2>&1").c_str(), "r");
+Outcome run(const std::string& program, const std::string& arguments) {
+  FILE* pipe = popen(("\"" + program + "\" " + arguments + " 2>&1").c_str(), "r");
   Outcome outcome{-1, ""};
   std::array<char, 4096> buffer;
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) outcome.output += buffer.data();
   outcome.exit_code = WEXITSTATUS(pclose(pipe));
   return outcome;
 }
+
+Outcome bench(const std::string& arguments) { return run(LAYFIGURE_BENCH, arguments); }
+Outcome bullet_peer(const std::string& arguments) { return run(LAYFIGURE_BULLET_PEER, arguments); }
 
 const std::string kDollFile = std::string(LAYFIGURE_TEST_DATA) + "/scenes/doll-52.json";
 // Quoted for the shell: the folder may have spaces in its name.
@@ -49,6 +52,28 @@ TEST(Bench, WorkPrecisionJson_HasTheStatedFields) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(list[0]["com"][i][k], expected[i][k]);
   }
+  ASSERT_EQ(list[0].at("rest").size(), expected.size());
+  EXPECT_EQ(list[0]["rest"][0], (std::vector<double>{1.0, 0.0, 0.0, 0.0})) << "nothing flowed";
+}
+
+TEST(BulletPeer, Json_HasTheSameFields) {
+  const std::string scene = std::string(LAYFIGURE_TEST_DATA) + "/scenes/chain-20.json";
+  const Outcome outcome = bullet_peer("--scene " + scene + " --h 0.0005,0.00025");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const auto list = nlohmann::json::parse(outcome.output);
+  ASSERT_EQ(list.size(), 2);
+  EXPECT_EQ(list[0].at("scene"), "chain-20");
+  EXPECT_EQ(list[0].at("engine"), "Bullet btMultiBody");
+  EXPECT_EQ(list[0].at("steps"), 2000);
+  EXPECT_GT(list[0].at("cpu_s"), 0.0);
+  EXPECT_EQ(list[0].at("com").size(), 20);
+  EXPECT_EQ(list[0].at("finite"), true);
+}
+
+TEST(BulletPeer, MissingScene_SaysSoAndExits1) {
+  const Outcome outcome = bullet_peer("--scene nowhere.json --h 0.01");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(outcome.output, "bullet_peer: nowhere.json: cannot be read\n");
 }
 
 TEST(Bench, StepThatDoesNotDivideTheDuration_EndsOnTime) {

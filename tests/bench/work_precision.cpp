@@ -1,9 +1,8 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
+#include "precision_run.h"
 #include "scene.h"
 #include "subjects.h"
 
@@ -12,58 +11,48 @@ namespace {
 
 using testing::Scene;
 
-// Short runs are repeated, and the least disturbed one counts.
-constexpr int kRepeats = 5;
-constexpr double kEnoughSeconds = 0.5;
 // The error shown in the table is that against order 4 with steps this much shorter than the shortest asked for.
 constexpr int kReferenceFactor = 8;
 
-struct Row {
-  double h;
-  int steps;
-  double cpu_seconds;
-  testing::RunResult run;
+/// A row and where the joints' flow left their rest rotations.
+struct OwnRow {
+  Row row;
+  std::vector<Eigen::Quaterniond> rests;
 };
 
-/// As many equal steps as come nearest to h.
-int steps_of(const Scene& scene, double h) { return std::max(1, static_cast<int>(std::lround(scene.duration / h))); }
-
-Row measure(const Scene& scene, const dynamics::Model& model, double h, int order) {
-  Row row{.h = h, .steps = steps_of(scene, h), .cpu_seconds = INFINITY, .run = {}};
-  if (std::abs(row.steps * h - scene.duration) > 1e-9 * scene.duration) row.h = scene.duration / row.steps;
-  double spent = 0.0;
-  for (int k = 0; k < kRepeats && spent < kEnoughSeconds; ++k) {
-    row.run = testing::run_scene(scene, model, row.steps, order);
-    row.cpu_seconds = std::min(row.cpu_seconds, row.run.cpu_seconds);
-    spent += row.run.cpu_seconds;
-  }
-  return row;
+OwnRow measure_own(const Scene& scene, const dynamics::Model& model, double h, int order) {
+  OwnRow own;
+  own.row = measure(scene, h, [&](int steps) {
+    const auto run = testing::run_scene(scene, model, steps, order);
+    own.rests.clear();
+    for (const auto& body : run.state.bodies) own.rests.push_back(body.rest_rotation);
+    return Outcome{.coms = run.coms,
+                   .energy = dynamics::energy(model, run.state).total(),
+                   .finite = run.finite,
+                   .cpu_seconds = run.cpu_seconds};
+  });
+  return own;
 }
 
-nlohmann::ordered_json json_of(const Scene& scene, const dynamics::Model& model, int order, const Row& row) {
-  nlohmann::ordered_json com = nlohmann::ordered_json::array();
-  for (const Eigen::Vector3d& p : row.run.coms) com.push_back({p.x(), p.y(), p.z()});
-  return {{"scene", scene.name},
-          {"order", order},
-          {"h", row.h},
-          {"steps", row.steps},
-          {"cpu_s", row.cpu_seconds},
-          {"us_per_step", row.cpu_seconds / row.steps * 1e6},
-          {"com", com},
-          {"energy", dynamics::energy(model, row.run.state).total()},
-          {"finite", row.run.finite}};
+nlohmann::ordered_json json_of(const Scene& scene, int order, const OwnRow& own) {
+  nlohmann::ordered_json json{{"scene", scene.name}, {"order", order}};
+  json.update(bench::json_of(own.row));
+  auto rests = nlohmann::ordered_json::array();
+  for (const auto& q : own.rests) rests.push_back({q.w(), q.x(), q.y(), q.z()});
+  json["rest"] = rests;
+  return json;
 }
 
-void print_table(const Scene& scene, const dynamics::Model& model, int order, const std::vector<Row>& rows) {
-  double shortest = rows.front().h;
-  for (const Row& row : rows) shortest = std::min(shortest, row.h);
+void print_table(const Scene& scene, const dynamics::Model& model, int order, const std::vector<OwnRow>& rows) {
+  double shortest = rows.front().row.h;
+  for (const OwnRow& own : rows) shortest = std::min(shortest, own.row.h);
   const auto reference = testing::run_scene(scene, model, kReferenceFactor * steps_of(scene, shortest), 4);
   std::printf("%s, %d bodies, %g s, order %d\n", scene.name.c_str(), model.size(), scene.duration, order);
   std::printf("%12s %8s %12s %12s %12s %7s\n", "h [s]", "steps", "CPU [ms]", "us/step", "error [m]", "finite");
-  for (const Row& row : rows) {
+  for (const auto& [row, rests] : rows) {
     std::printf("%12.6g %8d %12.3f %12.3f %12.3e %7s\n", row.h, row.steps, row.cpu_seconds * 1e3,
-                row.cpu_seconds / row.steps * 1e6, testing::rms_distance(row.run.coms, reference.coms),
-                row.run.finite ? "yes" : "no");
+                row.cpu_seconds / row.steps * 1e6, testing::rms_distance(row.outcome.coms, reference.coms),
+                row.outcome.finite ? "yes" : "no");
   }
 }
 
@@ -72,14 +61,14 @@ void print_table(const Scene& scene, const dynamics::Model& model, int order, co
 void work_precision(const WorkPrecisionOptions& options) {
   const Scene scene = testing::load_scene(options.scene);
   const dynamics::Model model(scene.definition);
-  std::vector<Row> rows;
-  for (const double h : options.h) rows.push_back(measure(scene, model, h, options.order));
+  std::vector<OwnRow> rows;
+  for (const double h : options.h) rows.push_back(measure_own(scene, model, h, options.order));
   if (!options.json) {
     print_table(scene, model, options.order, rows);
     return;
   }
   auto list = nlohmann::ordered_json::array();
-  for (const Row& row : rows) list.push_back(json_of(scene, model, options.order, row));
+  for (const OwnRow& own : rows) list.push_back(json_of(scene, options.order, own));
   std::cout << list.dump(1) << "\n";
 }
 

@@ -1,12 +1,12 @@
 #include "scene.h"
 
 #include <cmath>
-#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
 
+#include "cpu_clock.h"
 #include "layfigure/math/rotation.h"
 
 namespace layfigure::testing {
@@ -77,12 +77,6 @@ Scene scene_of(const Json& json) {
     scene.pulls.push_back(pull_of(load, static_cast<int>(scene.definition.bodies.size())));
   }
   return scene;
-}
-
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace

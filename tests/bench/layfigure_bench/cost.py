@@ -1,0 +1,87 @@
+"""CPU time of a step against the number of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from layfigure_bench.engine import StoredScene
+from layfigure_bench.programs import own_engine
+from layfigure_bench.scenes import Chain, Scene, hanging, save
+
+CHAIN_LENGTHS = (10, 30, 100, 300, 1000, 3000, 10_000)
+ORDERS = (1, 4)
+STEP = 1e-3
+# Bodies stepped in a run: some 20 ms of the base step, so that a run is neither noise nor long.
+BODY_STEPS = 300_000
+FEWEST_STEPS = 30
+LIMIT_S = 60.0
+# Pinocchio allocates third-order tensors over all joints, several gigabytes for 300 bodies.
+MOST_PINOCCHIO_BODIES = 100
+
+
+@dataclass(frozen=True)
+class CostPoint:
+    scene: str
+    bodies: int
+    engine: str
+    us_per_step: float
+
+
+def steps_for(bodies: int) -> int:
+    return max(FEWEST_STEPS, BODY_STEPS // bodies)
+
+
+def chains() -> list[Scene]:
+    return [hanging(f"chain-{n}", Chain(n, bend=0.1)) for n in CHAIN_LENGTHS]
+
+
+def measure_costs(scenes: Iterable[Scene], programs: Path, folder: Path) -> list[CostPoint]:
+    """Our base step and order 4, with Pinocchio's forward dynamics where it is installed and fits."""
+    costs = []
+    for scene in scenes:
+        costs += own_costs(scene, programs, folder)
+        costs += pinocchio_costs(scene)
+    return costs
+
+
+def own_costs(scene: Scene, programs: Path, folder: Path) -> list[CostPoint]:
+    bodies = len(scene.bodies)
+    short = replace(scene, duration=steps_for(bodies) * STEP)
+    stored = StoredScene(short, folder / "cost-scene.json")
+    save(short, stored.path)
+    costs = []
+    for order in ORDERS:
+        engine = own_engine(programs, order)
+        run = engine.run(stored, STEP, LIMIT_S)
+        if run is None:
+            raise RuntimeError(f"{scene.name}: {engine.name} took too long")
+        costs.append(CostPoint(scene.name, bodies, engine.name, run.cpu_s / run.steps * 1e6))
+    stored.path.unlink()
+    return costs
+
+
+def pinocchio_costs(scene: Scene) -> list[CostPoint]:
+    bodies = len(scene.bodies)
+    if bodies > MOST_PINOCCHIO_BODIES:
+        return []
+    try:
+        from layfigure_bench import pinocchio_peer
+    except ImportError:
+        return []
+    microseconds = pinocchio_peer.us_per_evaluation(scene, max(10, steps_for(bodies) // 4))
+    return [CostPoint(scene.name, bodies, pinocchio_peer.FAMILY, microseconds)]
+
+
+def slopes(costs: Sequence[CostPoint]) -> dict[str, float]:
+    """Exponent of the growth of each engine's cost along the chains, by least squares of the logarithms."""
+    found = {}
+    for engine in dict.fromkeys(c.engine for c in costs):
+        line = [c for c in costs if c.engine == engine and c.scene.startswith("chain-")]
+        if len(line) >= 2:
+            n, us = np.log([c.bodies for c in line]), np.log([c.us_per_step for c in line])
+            found[engine] = float(np.polyfit(n, us, 1)[0])
+    return found
