@@ -1,0 +1,195 @@
+#include "separation.h"
+
+#include <cmath>
+
+namespace layfigure::collision {
+namespace {
+
+using Cores = std::array<PlacedCore, 2>;
+using Edge = std::pair<int, int>;
+using Eigen::Vector3d;
+
+// A capsule against any limb's hull, two boxes: below this, trying all pairs of edges costs less than a search.
+constexpr std::size_t kAllPairs = 200;
+
+// Vertices so near to a core's extreme one, relative to its size, may belong to the closest edge: covers the search's
+// error and what its shrunk cores displace.
+constexpr double kSlack = 0.02;
+
+// Directions are improved this often; each time the edges about the last one are tried.
+constexpr int kRounds = 8;
+
+// A distance proves a separation that is less than this below it, relative to the size and the distance: rounding of
+// 1e-16, amplified where a small distance gives the direction.
+constexpr double kProof = 1e-10;
+
+// Edges with a sine below this have no usable common normal.
+constexpr double kParallel = 1e-7;
+
+double size_of(const Cores& cores) { return cores[0].core->size + cores[1].core->size; }
+
+Segment segment_of(const PlacedCore& core, const Edge& edge) {
+  return {core.vertices[edge.first], core.vertices[edge.second]};
+}
+
+/// Raises `best` to the face's separation if that is larger.
+void try_face(const Cores& cores, int side, int face, double bonus, FaceSeparation& best) {
+  const PlacedCore& own = cores[side];
+  const PlacedCore& other = cores[1 - side];
+  const Vector3d n = own.normal(face);
+  const double offset = own.core->faces[face].offset + n.dot(own.p);
+  const double least = best.separation + bonus;
+  if (n.dot(other.center()) - offset <= least) return;
+  int support = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int v = 0; v < static_cast<int>(other.vertices.size()); ++v) {
+    const double height = n.dot(other.vertices[v]);
+    if (height < lowest) {
+      lowest = height;
+      support = v;
+    }
+  }
+  if (lowest - offset > least) best = {{side, face, -1}, lowest - offset, support};
+}
+
+/// The edges with a vertex near the core's extreme one along `outward`.
+void gather_edges(const PlacedCore& core, const Vector3d& outward, double slack, std::vector<Edge>& edges) {
+  edges.clear();
+  double extreme = -std::numeric_limits<double>::infinity();
+  for (const auto& v : core.vertices) extreme = std::max(extreme, outward.dot(v));
+  const auto near = [&](int v) { return outward.dot(core.vertices[v]) >= extreme - slack; };
+  for (const auto& edge : core.core->edges) {
+    if (near(edge.first) || near(edge.second)) edges.push_back(edge);
+  }
+}
+
+/// The gathered edges whose closest points are closest, the normal between those, and their distance as separation.
+EdgeSeparation closest_edges(const NarrowScratch& scratch) {
+  EdgeSeparation best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& edge_a : scratch.edges[0]) {
+    const Segment a = segment_of(scratch.cores[0], edge_a);
+    for (const auto& edge_b : scratch.edges[1]) {
+      const ClosestPoints points = closest_points(a, segment_of(scratch.cores[1], edge_b));
+      const Vector3d apart = points.a - points.b;
+      if (apart.squaredNorm() >= least) continue;
+      least = apart.squaredNorm();
+      best = {std::sqrt(least), apart, {edge_a, edge_b}};
+    }
+  }
+  if (best.separation > 0.0) best.normal /= best.separation;
+  return best;
+}
+
+/// Raises `best` to the separation along n where that is larger and the edges, which are `bound` apart, are those that
+/// support the cores there.
+void try_crossing(const NarrowScratch& scratch, const Vector3d& n, double bound, const std::array<Edge, 2>& edges,
+                  EdgeSeparation& best) {
+  if (bound <= best.separation) return;
+  const double separation = separation_along(scratch.cores, n);
+  const bool supports = separation >= bound - kProof * size_of(scratch.cores);
+  if (supports && separation > best.separation) best = {separation, n, edges};
+}
+
+/// The largest separation along the common normals of two gathered edges: either way where all were gathered, else
+/// along `direction`.
+EdgeSeparation deepest_crossing(const NarrowScratch& scratch, const Vector3d& direction) {
+  const bool all = tries_all_edges(scratch.cores);
+  EdgeSeparation best;
+  for (const auto& edge_a : scratch.edges[0]) {
+    const Segment a = segment_of(scratch.cores[0], edge_a);
+    const Vector3d u = a.end - a.start;
+    for (const auto& edge_b : scratch.edges[1]) {
+      const Segment b = segment_of(scratch.cores[1], edge_b);
+      const Vector3d v = b.end - b.start;
+      Vector3d n = u.cross(v);
+      const double length = n.norm();
+      if (length <= kParallel * u.norm() * v.norm()) continue;
+      n /= n.dot(direction) < 0.0 ? -length : length;
+      const double bound = n.dot(a.start - b.start);
+      try_crossing(scratch, n, bound, {edge_a, edge_b}, best);
+      if (all) try_crossing(scratch, -n, -bound, {edge_a, edge_b}, best);
+    }
+  }
+  return best;
+}
+
+/// Of cores that touch where no two edges cross, such as spheres about one point: a normal square to their edges.
+/// Faces, where there are any, part the cores better.
+EdgeSeparation touching(const NarrowScratch& scratch) {
+  EdgeSeparation result = closest_edges(scratch);
+  Vector3d along = Vector3d::UnitX();
+  for (const int side : {0, 1}) {
+    const Segment edge = segment_of(scratch.cores[side], result.edges[side]);
+    if (edge.end != edge.start) along = edge.end - edge.start;
+  }
+  result.normal = along.unitOrthogonal();
+  result.separation = separation_along(scratch.cores, result.normal);
+  return result;
+}
+
+void gather_both(NarrowScratch& scratch, const Vector3d& direction) {
+  const bool all = tries_all_edges(scratch.cores);
+  for (const int side : {0, 1}) {
+    const PlacedCore& core = scratch.cores[side];
+    const double slack = all ? std::numeric_limits<double>::infinity() : kSlack * core.core->size;
+    gather_edges(core, side == 0 ? -direction : direction, slack, scratch.edges[side]);
+  }
+}
+
+}  // namespace
+
+double smaller_size(const Cores& cores) {
+  const auto size = [](const Polytope& core) { return core.size + core.radius; };
+  return std::min(size(*cores[0].core), size(*cores[1].core));
+}
+
+double separation_along(const Cores& cores, const Vector3d& n) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& v : cores[0].vertices) low = std::min(low, n.dot(v));
+  for (const auto& v : cores[1].vertices) high = std::max(high, n.dot(v));
+  return low - high;
+}
+
+FaceSeparation largest_face_separation(const Cores& cores, const FaceRef& preferred, double reach) {
+  FaceSeparation best;
+  if (preferred.side >= 0) try_face(cores, preferred.side, preferred.face, 0.0, best);
+  const double hysteresis = kFaceHysteresis * smaller_size(cores);
+  for (const int side : {0, 1}) {
+    for (int face = 0; face < static_cast<int>(cores[side].core->faces.size()); ++face) {
+      if (best.separation > reach) return best;
+      const bool keeps = best.face.side == preferred.side && best.face.face == preferred.face;
+      try_face(cores, side, face, keeps ? hysteresis : 0.0, best);
+    }
+  }
+  return best;
+}
+
+bool tries_all_edges(const Cores& cores) {
+  return cores[0].core->edges.size() * cores[1].core->edges.size() <= kAllPairs;
+}
+
+EdgeSeparation largest_edge_separation(NarrowScratch& scratch, const Vector3d& direction) {
+  EdgeSeparation best{.normal = direction};
+  for (int round = 0; round < kRounds; ++round) {
+    gather_both(scratch, best.normal);
+    EdgeSeparation closest = closest_edges(scratch);
+    const double distance = closest.separation;
+    const double tolerance = kProof * (size_of(scratch.cores) + distance);
+    // Of cores that touch, the direction between the points has no digits.
+    if (distance > tolerance) {
+      closest.separation = separation_along(scratch.cores, closest.normal);
+      if (closest.separation >= distance - tolerance) return closest;
+    } else {
+      closest.separation = -std::numeric_limits<double>::infinity();
+    }
+    const EdgeSeparation crossing = deepest_crossing(scratch, best.normal);
+    const EdgeSeparation& better = crossing.separation > closest.separation ? crossing : closest;
+    if (better.separation <= best.separation) break;
+    best = better;
+    if (tries_all_edges(scratch.cores)) break;
+  }
+  return best.separation == -std::numeric_limits<double>::infinity() ? touching(scratch) : best;
+}
+
+}  // namespace layfigure::collision

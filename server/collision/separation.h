@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <limits>
+
+#include "narrow_phase.h"
+#include "segments.h"
+
+namespace layfigure::collision {
+
+/// The points of a contact change only for gains above this, relative to the smaller shape's size: a hundred times the
+/// motion of a body at rest, too small to be seen.
+inline constexpr double kPointHysteresis = 1e-4;
+
+/// Its face changes only for gains above this: they are lost to the gap, which is to be good to a micrometre.
+inline constexpr double kFaceHysteresis = 1e-5;
+
+/// The size that both are relative to: of the smaller core, radius included [m].
+[[nodiscard]] double smaller_size(const std::array<PlacedCore, 2>& cores);
+
+/// min over a's vertices of n . v  -  max over b's vertices of n . v: a lower bound of the cores' signed distance.
+[[nodiscard]] double separation_along(const std::array<PlacedCore, 2>& cores, const Eigen::Vector3d& n);
+
+/// A face and the signed distance of the other core from its plane.
+struct FaceSeparation {
+  FaceRef face;
+  double separation{-std::numeric_limits<double>::infinity()};
+  int support{0};  ///< the other core's vertex that is deepest
+};
+
+/// The face with the largest separation, or `preferred` unless another's is larger by the hysteresis. Stops at the
+/// first one beyond `reach`. Side -1 if neither core has a face. O(faces x vertices); planes that the other core's
+/// centre lies behind are passed over.
+[[nodiscard]] FaceSeparation largest_face_separation(const std::array<PlacedCore, 2>& cores, const FaceRef& preferred,
+                                                     double reach);
+
+/// Two edges, and the axis between them.
+struct EdgeSeparation {
+  double separation{-std::numeric_limits<double>::infinity()};  ///< along the normal
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};              ///< unit, from b to a
+  std::array<std::pair<int, int>, 2> edges{};                   ///< vertices of a's and b's
+};
+
+/// The largest separation along the directions between two edges: of their closest points, or, where the cores touch
+/// or overlap, square to both. `direction`, unit, points from b to a; where there are many edges it should be about
+/// the answer. Where the separation is positive and equals the edges' distance it is the cores' distance.
+[[nodiscard]] EdgeSeparation largest_edge_separation(NarrowScratch& scratch, const Eigen::Vector3d& direction);
+
+/// True if there are few enough edges to try all of them: no good direction is needed.
+[[nodiscard]] bool tries_all_edges(const std::array<PlacedCore, 2>& cores);
+
+}  // namespace layfigure::collision
