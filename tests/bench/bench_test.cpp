@@ -58,7 +58,7 @@ TEST(Bench, WorkPrecisionJson_HasTheStatedFields) {
 
 TEST(BulletPeer, Json_HasTheSameFields) {
   const std::string scene = std::string(LAYFIGURE_TEST_DATA) + "/scenes/chain-20.json";
-  const Outcome outcome = bullet_peer("--scene " + scene + " --h 0.0005,0.00025");
+  const Outcome outcome = bullet_peer("--scene \"" + scene + "\" --h 0.0005,0.00025");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   const auto list = nlohmann::json::parse(outcome.output);
   ASSERT_EQ(list.size(), 2);

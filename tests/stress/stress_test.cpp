@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kScenes = 100000;
 constexpr int kReported = 5;
-// In scenes whose energies lie far beyond what their steps resolve, rounding may keep Newton's method from its tolerance.
-// Such a step is finite and reported as not converged; it must stay a rarity.
+// In scenes whose energies lie far beyond what their steps resolve, rounding may keep Newton's method from its
+// tolerance. Such a step is finite and reported as not converged; it must stay a rarity.
 constexpr double kUnconvergedShare = 1e-3;
 
 int scene_count() {

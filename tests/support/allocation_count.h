@@ -2,7 +2,8 @@
 
 namespace layfigure::testing {
 
-/// Heap allocations that C++ code of this program has made so far: linking allocation_count.cpp replaces the operators new.
+/// Heap allocations that C++ code of this program has made so far: linking allocation_count.cpp replaces the operators
+/// new.
 [[nodiscard]] long allocation_count();
 
 }  // namespace layfigure::testing
