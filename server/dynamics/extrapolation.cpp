@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "layfigure/math/rotation.h"
+#include "kernel.h"
 
 namespace layfigure::dynamics {
 namespace {
@@ -28,15 +28,53 @@ void take_loads(const Loads& loads, double time, Copy& copy) {
   loads.add(time, copy.loads);
 }
 
-/// Weighted mean of rotations by the log map about the last, in which the weights of a plain sum are exact.
-Eigen::Quaterniond extrapolate(const std::array<Eigen::Quaterniond, kMaxOrder>& runs, const double* weights,
-                               int order) {
-  const Eigen::Quaterniond& finest = runs[order - 1];
-  Eigen::Vector3d correction = Eigen::Vector3d::Zero();
+using Pack = math::Lanes4;
+using Runs = std::array<std::vector<BodyState>, kMaxOrder>;
+using Rotation = Eigen::Quaterniond BodyState::*;
+
+/// Rotations of up to four bodies from `first` on in one run, side by side; behind the last body, the last again.
+Quat<Pack> rotations_of(const std::vector<BodyState>& run, Rotation member, std::size_t first) {
+  const std::size_t last = run.size() - 1;
+  return math::quaternion_from_lanes<Pack>(
+      [&](int k) -> const Eigen::Quaterniond& { return run[std::min(first + k, last)].*member; });
+}
+
+/// Weighted sum of the runs' rotations from the finest one on, by the log map. Weights that sum to one make it a
+/// weighted mean, in which the weight of the finest itself does not show.
+Vec3<Pack> combine(const Runs& runs, Rotation member, std::size_t first, const double* weights, int order) {
+  const Quat<Pack> finest = conjugate(rotations_of(runs[order - 1], member, first));
+  Vec3<Pack> sum{};
   for (int k = 0; k + 1 < order; ++k) {
-    correction += weights[k] * math::log_rotation(finest.conjugate() * runs[k]);
+    sum += scaled(math::log_rotation(finest * rotations_of(runs[k], member, first)), weights[k]);
   }
-  return (finest * math::exp_rotation(correction)).normalized();
+  return sum;
+}
+
+/// Puts the combined rotations in the place of the finest run's, where the runs differ at all.
+LAYFIGURE_KERNEL
+void extrapolate_rotations(Runs& runs, Rotation member, const double* weights, int order) {
+  std::vector<BodyState>& finest = runs[order - 1];
+  for (std::size_t first = 0; first < finest.size(); first += math::LaneTraits<Pack>::kCount) {
+    const Vec3<Pack> correction = combine(runs, member, first, weights, order);
+    const Pack size = dot(correction, correction);
+    if (!math::any(size > Pack(0.0))) continue;
+    const Quat<Pack> mean = renormalized(rotations_of(finest, member, first) * math::exp_rotation(correction));
+    for (std::size_t k = 0; k < math::LaneTraits<Pack>::kCount && first + k < finest.size(); ++k) {
+      if (math::lane(size, static_cast<int>(k)) > 0.0) finest[first + k].*member = lane(mean, static_cast<int>(k));
+    }
+  }
+}
+
+LAYFIGURE_KERNEL
+double largest_correction(const Runs& runs, const double* weights, int order) {
+  Pack largest(0.0);
+  for (std::size_t first = 0; first < runs[0].size(); first += math::LaneTraits<Pack>::kCount) {
+    const Vec3<Pack> difference = combine(runs, &BodyState::rotation, first, weights, order);
+    largest = math::maximum(largest, dot(difference, difference));
+  }
+  double most = 0.0;
+  for (int k = 0; k < math::LaneTraits<Pack>::kCount; ++k) most = std::max(most, math::lane(largest, k));
+  return std::sqrt(most);
 }
 
 }  // namespace
@@ -72,24 +110,17 @@ void extrapolate(Workspace::Data& data, int order) {
   const double* weights = kWeights[order - 1];
   for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
     BodyState& body = data.runs[order - 1][i];
-    std::array<Eigen::Quaterniond, kMaxOrder> rotations, rests;
-    bool flowed = false;
-    for (int k = 0; k < order; ++k) {
-      rotations[k] = data.runs[k][i].rotation;
-      rests[k] = data.runs[k][i].rest_rotation;
-      flowed = flowed || rests[k].coeffs() != rests[0].coeffs();
-    }
-    body.rotation = extrapolate(rotations, weights, order);
-    if (flowed) body.rest_rotation = extrapolate(rests, weights, order);
-    double flow_sum = 0.0;
-    for (int k = 0; k < order; ++k) flow_sum += weights[k] * data.runs[k][i].flow;
-    body.flow = flow_sum;
+    double flow = weights[order - 1] * body.flow;
+    for (int k = 0; k + 1 < order; ++k) flow += weights[k] * data.runs[k][i].flow;
+    body.flow = flow;
     for (const auto member : {&BodyState::position, &BodyState::linear_momentum, &BodyState::angular_momentum}) {
       Eigen::Vector3d sum = weights[order - 1] * (body.*member);
       for (int k = 0; k + 1 < order; ++k) sum += weights[k] * (data.runs[k][i].*member);
       body.*member = sum;
     }
   }
+  extrapolate_rotations(data.runs, &BodyState::rotation, weights, order);
+  extrapolate_rotations(data.runs, &BodyState::rest_rotation, weights, order);
 }
 
 void take_result(Workspace::Data& data, int order, double length, State& state, StepReport& report) {
@@ -100,17 +131,7 @@ void take_result(Workspace::Data& data, int order, double length, State& state, 
 }
 
 double extrapolation_error(const Workspace::Data& data, int order) {
-  const double* weights = kErrorWeights[order - 1];
-  double largest = 0.0;
-  for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
-    const Eigen::Quaterniond& finest = data.runs[order - 1][i].rotation;
-    Eigen::Vector3d difference = Eigen::Vector3d::Zero();
-    for (int k = 0; k + 1 < order; ++k) {
-      difference += weights[k] * math::log_rotation(finest.conjugate() * data.runs[k][i].rotation);
-    }
-    largest = std::max(largest, difference.squaredNorm());
-  }
-  return std::sqrt(largest);
+  return largest_correction(data.runs, kErrorWeights[order - 1], order);
 }
 
 }  // namespace layfigure::dynamics
