@@ -1,40 +1,23 @@
 #include <LinearMath/btAlignedAllocator.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstdlib>
-#include <new>
 
+#include "allocation_count.h"
 #include "fixture.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// Every way to the heap that C++ code has goes through these; Bullet's own goes through count_for_bullet.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const std::size_t align = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(align, (size + align - 1) / align * align)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace layfigure::collision {
 namespace {
 
+long bullet_allocations = 0;
+
+/// Bullet does not go through operator new.
 void* count_for_bullet(std::size_t size) {
-  ++allocations;
+  ++bullet_allocations;
   return std::malloc(size);
 }
+
+long allocations() { return layfigure::testing::allocation_count() + bullet_allocations; }
 
 TEST(World, AfterWarmUp_AllocatesNothing) {
   btAlignedAllocSetCustom(count_for_bullet, std::free);
@@ -56,9 +39,9 @@ TEST(World, AfterWarmUp_AllocatesNothing) {
     return searches;
   };
   wander();
-  const long before = allocations;
+  const long before = allocations();
   EXPECT_GT(wander(), 0) << "the scene must reach the search for directions";
-  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(allocations() - before, 0);
 }
 
 }  // namespace
