@@ -91,19 +91,16 @@ template <class T>
 inline Vec3<double> origin_of(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
                               int copy, int body) {
   Vec3<double> origin{0.0, 0.0, 0.0};
-  Task task{.copy = copy,
-            .body = body,
-            .parent_slot = plan.schedule.slot_of(copy, body),
-            .parent_lane = plan.schedule.lane_of(copy, body)};
-  while (true) {
-    const int slot = task.parent_slot;
-    const int lane = task.parent_lane;
-    task = plan.schedule.tasks(slot)[lane];
-    if (task.parent_slot == plan.schedule.size()) break;
+  int slot = plan.schedule.slot_of(copy, body);
+  int lane = plan.schedule.lane_of(copy, body);
+  const Task* task = &plan.schedule.tasks(slot)[lane];
+  while (task->parent_slot != plan.schedule.size()) {
     origin += math::lane_of(nodes[slot].r, lane);
+    slot = task->parent_slot;
+    lane = task->parent_lane;
+    task = &plan.schedule.tasks(slot)[lane];
   }
-  const Eigen::Vector3d& root = context.copies[copy].from[task.body].position;
-  return origin + math::broadcast<double>(root);
+  return origin + math::broadcast<double>(context.copies[copy].from[task->body].position);
 }
 
 template <class T>

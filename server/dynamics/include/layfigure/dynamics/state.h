@@ -31,7 +31,7 @@ struct State {
 /// The definition's pose, at rest.
 [[nodiscard]] State initial_state(const Model& model);
 
-/// A rigid transform X_WB with the velocity of the body's frame.
+/// Where a body is: X_WB and its com.
 struct BodyPose {
   Eigen::Quaterniond rotation;  ///< R_WB
   Eigen::Vector3d origin;       ///< p_WBo [m]
@@ -45,7 +45,7 @@ void world_poses(const Model& model, const State& state, std::vector<BodyPose>& 
 struct Energy {
   double kinetic;
   double gravitational;  ///< 0 at the world's origin
-  double elastic;        ///< stored in the joints, sum of K_f |q|^2 / 2
+  double elastic;        ///< stored in the joints, sum of q^T K_f q / 2
   [[nodiscard]] double total() const { return kinetic + gravitational + elastic; }
 };
 [[nodiscard]] Energy energy(const Model& model, const State& state);

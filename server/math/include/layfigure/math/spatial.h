@@ -104,16 +104,11 @@ inline Mat3<T> full(const Sym3<T>& m) {
 }
 template <class T>
 inline Vec3<T> operator*(const Sym3<T>& m, const Vec3<T>& v) {
-  return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
-          m.xz * v.x + m.yz * v.y + m.zz * v.z};
+  return full(m) * v;
 }
 template <class T>
 inline Mat3<T> operator*(const Sym3<T>& a, const Mat3<T>& b) {
-  return {a.xx * b.xx + a.xy * b.yx + a.xz * b.zx, a.xx * b.xy + a.xy * b.yy + a.xz * b.zy,
-          a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xx + a.yy * b.yx + a.yz * b.zx,
-          a.xy * b.xy + a.yy * b.yy + a.yz * b.zy, a.xy * b.xz + a.yy * b.yz + a.yz * b.zz,
-          a.xz * b.xx + a.yz * b.yx + a.zz * b.zx, a.xz * b.xy + a.yz * b.yy + a.zz * b.zy,
-          a.xz * b.xz + a.yz * b.yz + a.zz * b.zz};
+  return full(a) * b;
 }
 template <class T>
 inline Mat3<T> operator*(const Sym3<T>& a, const Sym3<T>& b) {
