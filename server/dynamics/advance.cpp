@@ -58,10 +58,12 @@ void add(const StepReport& step, double error, AdvanceReport& report) {
   ++report.steps;
   report.yielding = step.yielding;
   report.converged = report.converged && step.converged;
+  report.constraints = step.constraints;
   report.largest_error = std::max(report.largest_error, error);
   report.work.input += step.work.input;
   report.work.viscous += step.work.viscous;
   report.work.flow += step.work.flow;
+  report.work.constraints += step.work.constraints;
 }
 
 }  // namespace
@@ -76,9 +78,9 @@ AdvanceReport advance(const Model& model, State& state, Workspace& workspace, co
     const double wanted = std::clamp(size.step, options.smallest_step, options.largest_step);
     const double h = next_length(wanted, left, options.smallest_step);
     const int order = std::clamp(size.order, kLowestOrder, kMaxOrder);
-    const bool shortest = h <= options.smallest_step;
     data.finest = order - 1;
     StepReport step = make_runs(model, state, data, inputs, {.offset = done, .length = h}, order);
+    const bool shortest = h <= (step.extrapolated ? options.smallest_step : options.impact_step);
     report.solves += step.solves;
     if (step.status != StepStatus::kOk && shortest) {
       report.status = step.status;
@@ -94,7 +96,7 @@ AdvanceReport advance(const Model& model, State& state, Workspace& workspace, co
       ++report.rejected;
       continue;
     }
-    extrapolate(data, order);
+    if (step.extrapolated) extrapolate(data, order);
     take_result(data, order, h, state, step);
     add(step, error, report);
     // A step cut short by the end of the duration says nothing against the length that was wanted.

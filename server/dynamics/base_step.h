@@ -53,6 +53,12 @@ inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& 
   linearize(kind, now.trial_torque, node);
 }
 
+template <class T>
+inline T limit_slacks(const StepContext& context, const Plan<T>& plan, int slot) {
+  const Task* tasks = plan.schedule.tasks(slot);
+  return math::from_lanes<T>([&](int k) { return state_of(context, tasks[k]).limit_slack; });
+}
+
 /// World pose, inertia axes, law and free momenta of a slot's bodies; their parents' are known.
 template <class T>
 inline void update_kinematics(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
@@ -73,6 +79,7 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   node.target_linear = now.linear_momentum + Vec3<T>{mh * g.x, mh * g.y, mh * g.z};
   node.target_angular = now.angular_momentum;
   if (context.inputs->loads != nullptr) add_loads(context, plan, slot, node);
+  if (body.limited) node.slack = limit_slacks(context, plan, slot);
   update_law(context.law, body, now, node);
 }
 
@@ -213,6 +220,43 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
   if (body.roots) update_roots(body, W, node);
 }
 
+/// A slot's joints turn by no more than their slack.
+template <class T>
+inline bool within_limits(const Node<T>& node) {
+  return math::all(node.h * node.h * dot(node.w_PB, node.w_PB) <= node.slack * node.slack);
+}
+
+/// Contacts or ties are there, or the velocities may lead some joint to its limits.
+template <class T>
+inline bool constraints_matter(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+  if (!context.inputs->contacts.empty() || !context.inputs->ties.empty()) return true;
+  if (plan.limited.empty()) return false;
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    if (plan.constants[slot].limited && !within_limits(nodes[slot])) return true;
+  }
+  return false;
+}
+
+template <class T>
+inline void update_all_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes) {
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) update_velocities(plan, nodes, slot);
+}
+
+/// Velocities after the joints have been eliminated, with the constraints' impulses. `constrained`: there are rows from
+/// an earlier iteration. Returns whether there are any now.
+template <class T>
+inline bool find_velocities(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
+                            bool constrained) {
+  update_all_velocities(plan, nodes);
+  if (!constrained) {
+    if (!constraints_matter(context, plan, nodes)) return false;
+    begin_constraints(context, plan, nodes);
+  }
+  renew_constraints(context, plan, nodes);
+  while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
+  return true;
+}
+
 /// Solves the step's convex problem: Newton's method on the joints' laws, an O(n) solve of the whole tree each.
 template <class T>
 inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
@@ -222,7 +266,7 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
     for (int slot = 0; slot < slots; ++slot) assemble(plan.constants[slot], nodes[slot]);
     add_couplings(context, plan, nodes);
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
-    for (int slot = 0; slot < slots; ++slot) update_velocities(plan, nodes, slot);
+    report.constrained = find_velocities(context, plan, nodes, report.constrained);
     ++report.solves;
     report.converged = all_laws_hold(context.law, plan, nodes, kNewtonTolerance);
     if (report.converged) return report;
@@ -231,7 +275,7 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
       return report;
     }
     // Where the function does not fall any more, this is its minimum as far as rounding lets one see.
-    report.converged = !accept_iterate(context.law, plan, nodes, report.solves);
+    report.converged = !accept_iterate(context, plan, nodes, report.constrained, report.solves);
     if (report.converged) return report;
   }
 }
@@ -276,6 +320,11 @@ inline void account_loads(const StepContext& context, const Plan<T>& plan, const
   }
 }
 
+template <class T>
+inline T remaining_slack(const Node<T>& node) {
+  return math::maximum(node.slack - node.h * math::square_root(dot(node.w_PB, node.w_PB)), T(0.0));
+}
+
 /// Moves the configuration with the new velocities, the rest rotations with the flow, and keeps the new momenta.
 /// Returns 0, or NaN in a lane whose state is not finite.
 template <class T>
@@ -284,6 +333,7 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   const Node<T>& node = nodes[slot];
   const Bodies<T> now = read_bodies(context, plan, slot);
   Bodies<T> next = now;
+  if (body.limited) next.limit_slack = remaining_slack(node);
   const Vec3<T> turn = body.isotropic ? node.w_PB : rotate(body.section, node.w_PB);
   next.rotation = renormalized(now.rotation * math::exp_rotation(scaled(turn, node.h)));
   const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);
@@ -315,6 +365,7 @@ inline SolveReport base_step_of(const StepContext& context, const Plan<T>& plan,
   for (int slot = 0; slot < slots; ++slot) update_kinematics(context, plan, nodes, slot);
   SolveReport report = solve(context, plan, nodes);
   measure_couplings(context, plan, nodes);
+  if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
   T probe{};
   for (int slot = 0; slot < slots; ++slot) probe = probe + commit(context, plan, nodes, slot);
   report.finite = math::all(probe == T(0.0));

@@ -82,6 +82,8 @@ double largest_correction(const Runs& runs, const double* weights, int order) {
 StepReport make_runs(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
                      const Interval& interval, int order) {
   StepReport report;
+  report.extrapolated = order > 1;
+  for (int k = 0; k < order; ++k) data.constraints[k].start(state.constraints, inputs);
   for (int sub = 0; sub < order; ++sub) {
     const std::span<Copy> active(data.copies.data() + sub, order - sub);
     for (int k = sub; k < order; ++k) {
@@ -94,7 +96,8 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
       if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time + (sub + 1) * copy.h, copy);
     }
     const Eigen::Vector3d& g = model.gravity();
-    const SolveReport solved = data.base_step({.law = model.law(),
+    const SolveReport solved = data.base_step({.model = &model,
+                                               .law = model.law(),
                                                .gravity = {g.x(), g.y(), g.z()},
                                                .time = state.time,
                                                .inputs = &inputs,
@@ -103,6 +106,10 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
     report.converged = report.converged && solved.converged;
     if (!solved.finite) report.status = StepStatus::kNotFinite;
   }
+  for (int k = 0; k + 1 < order; ++k) {
+    report.extrapolated = report.extrapolated && data.constraints[k].agrees_with(data.constraints[order - 1]);
+  }
+  report.constraints = data.constraints[order - 1].report();
   return report;
 }
 
@@ -110,6 +117,7 @@ void extrapolate(Workspace::Data& data, int order) {
   const double* weights = kWeights[order - 1];
   for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
     BodyState& body = data.runs[order - 1][i];
+    body.limit_slack = 0.0;  // the slack was that of the finest run's rotations
     double flow = weights[order - 1] * body.flow;
     for (int k = 0; k + 1 < order; ++k) flow += weights[k] * data.runs[k][i].flow;
     body.flow = flow;
@@ -127,6 +135,8 @@ void take_result(Workspace::Data& data, int order, double length, State& state, 
   std::swap(state.bodies, data.runs[order - 1]);
   state.time += length;
   report.work = data.copies[order - 1].work;
+  const std::vector<ConstraintMemory>& memory = data.constraints[order - 1].memory();
+  state.constraints.assign(memory.begin(), memory.end());
   for (const BodyState& body : state.bodies) report.yielding += body.yielding ? 1 : 0;
 }
 

@@ -21,6 +21,18 @@ inline const double* numbers(const Value& value) {
   return reinterpret_cast<const double*>(&value);
 }
 
+template <class T>
+inline Eigen::Matrix3d lane_matrix(const Mat3<T>& m, int k) {
+  const auto at = [k](const T& value) { return math::lane(value, k); };
+  Eigen::Matrix3d matrix;
+  matrix << at(m.xx), at(m.xy), at(m.xz), at(m.yx), at(m.yy), at(m.yz), at(m.zx), at(m.zy), at(m.zz);
+  return matrix;
+}
+template <class T>
+inline Eigen::Matrix3d lane_matrix(const Sym3<T>& m, int k) {
+  return lane_matrix(math::full(m), k);
+}
+
 /// The member of each lane's parent; the world's where it has none.
 template <class T, class Value>
 inline Value of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Value Node<T>::*member) {
@@ -86,6 +98,7 @@ struct Bodies {
   Vec3<T> trial_torque;
   T flow;
   T yield_scale;
+  T limit_slack{};
 };
 
 inline const BodyState& state_of(const StepContext& context, const Task& task) {
@@ -125,6 +138,7 @@ inline void write_bodies(const StepContext& context, const Plan<T>& plan, int sl
     state.flow = math::lane(bodies.flow, k);
     state.yield_scale = math::lane(bodies.yield_scale, k);
     state.yielding = math::lane(node.linearized.flowing, k) > 0.0;
+    state.limit_slack = math::lane(bodies.limit_slack, k);
   }
 }
 

@@ -47,6 +47,16 @@ class Check {
       fail("largest principal moment", moments[2], "at most the sum of the other two");
     }
   }
+  void limits(const JointLimits& limits) const {
+    unit("limit axes", limits.axes);
+    unit("limit reference", limits.reference);
+    if (!(limits.twist_lower <= 0.0)) fail("lower twist limit", limits.twist_lower, "<= 0");
+    if (!(limits.twist_upper >= 0.0)) fail("upper twist limit", limits.twist_upper, ">= 0");
+    for (int k = 0; k < 2; ++k) {
+      if (!(limits.swing_lower[k] > 0.0)) fail("lower swing limit", limits.swing_lower[k], "> 0");
+      if (!(limits.swing_upper[k] > 0.0)) fail("upper swing limit", limits.swing_upper[k], "> 0");
+    }
+  }
   void parent(int value) const {
     if (value < -1 || value >= index_) fail("parent", value, "an earlier body, or -1");
   }
@@ -83,6 +93,7 @@ void check_body(const BodyDefinition& body, int index) {
     check.at_least_zero("damping ratio", body.joint.shape.damping[k]);
     check.ratio("yield ratio", body.joint.shape.yield[k]);
   }
+  check.limits(body.limits);
 }
 
 }  // namespace
@@ -97,6 +108,8 @@ Model::Model(ModelDefinition definition) : definition_(std::move(definition)) {
     body.rotation.normalize();
     body.rest_rotation.normalize();
     body.joint.shape.axes.normalize();
+    body.limits.axes.normalize();
+    body.limits.reference.normalize();
   }
 }
 

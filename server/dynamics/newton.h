@@ -72,9 +72,11 @@ inline bool all_laws_hold(FlowLaw law, const Plan<T>& plan, const std::vector<No
 
 /// Slope of the convex function at `lambda` of the way from the last iterate to the new solution, all copies together.
 /// Every part of the gradient but the laws is affine on that way, and the gradient vanishes but for joints that can
-/// flow.
+/// flow, and where a constraint pushes.
 template <class T>
-inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes, double lambda) {
+inline double slope_at(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                       bool constrained, double lambda) {
+  const FlowLaw law = context.law;
   T sum{};
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
@@ -86,7 +88,7 @@ inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<
     const Vec3<T> torque = law_torque(law, node, trial_torque(node, w));
     sum = sum + dot(affine + scaled(torque, node.h), d);
   }
-  double total = 0.0;
+  double total = constrained ? constraint_slope(context, lambda) : 0.0;
   for (int k = 0; k < math::LaneTraits<T>::kCount; ++k) total += math::lane(sum, k);
   return total;
 }
@@ -94,14 +96,15 @@ inline double slope_at(FlowLaw law, const Plan<T>& plan, const std::vector<Node<
 /// How far to go towards the new solution: the whole way, unless it overshoots the minimum. 0 where the function does
 /// not fall any more on the way, so that the last iterate is its minimum to rounding.
 template <class T>
-inline double line_search(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  const double start = slope_at(law, plan, nodes, 0.0);
+inline double line_search(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                          bool constrained) {
+  const double start = slope_at(context, plan, nodes, constrained, 0.0);
   if (!(start < 0.0)) return 0.0;
   double low = 0.0;
   double high = 1.0;
   double lambda = 1.0;
   for (int k = 0; k < kLineSearchIterations; ++k) {
-    const double slope = slope_at(law, plan, nodes, lambda);
+    const double slope = slope_at(context, plan, nodes, constrained, lambda);
     if (std::abs(slope) <= -kSlopeReduction * start || (slope < 0.0 && lambda == 1.0)) break;
     (slope > 0.0 ? high : low) = lambda;
     lambda = 0.5 * (low + high);
@@ -112,16 +115,19 @@ inline double line_search(FlowLaw law, const Plan<T>& plan, const std::vector<No
 /// Accepts the new solution, or a part of the way to it, and linearises the laws there. False if there was no way to
 /// go.
 template <class T>
-inline bool accept_iterate(FlowLaw law, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
-  const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(law, plan, nodes);
+inline bool accept_iterate(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
+                           bool constrained, int iteration) {
+  if (constrained) measure_constraints(context, plan, nodes);
+  const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(context, plan, nodes, constrained);
   if (lambda == 0.0) return false;
+  if (constrained) accept_constraints(context, lambda, iteration == 1);
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
     Node<T>& node = nodes[slot];
     const Vec3<T> affine = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     node.affine = iteration == 1 ? affine : node.affine + scaled(affine - node.affine, lambda);
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
-    linearize(law, trial_torque(node, node.iterate), node);
+    linearize(context.law, trial_torque(node, node.iterate), node);
   }
   return true;
 }

@@ -39,6 +39,7 @@ struct Constants {
   T fixed;         ///< 1 for a root that is welded to the world
   bool roots;      ///< some lane is free or fixed
   bool flows;      ///< some lane has a joint with a finite yield torque
+  bool limited;    ///< some lane's joint has limits
   bool isotropic;  ///< every lane's law is the same in all directions
 };
 
@@ -81,12 +82,15 @@ struct Node {
   Vec3<T> w_PB;            ///< relative to the parent
   Vec3<T> trial;           ///< s at which the law is linearised ...
   Return<T> linearized;    ///< ... and what it gave
+  T slack;                 ///< the joint can turn by this before its limits matter [rad]
   // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
   Vec3<T> iterate;
   Vec3<T> affine;
   bool elastic;     ///< linearised below yield in every lane
   bool in_section;  ///< the factor is in section axes
 };
+
+class ConstraintSet;
 
 /// One copy of the doll in a step: a run of its own with its own step length.
 struct Copy {
@@ -97,6 +101,7 @@ struct Copy {
   double h{0.0};                           ///< length of its sub-steps [s]
   double offset{0.0};                      ///< of the sub-step from the step's beginning [s]
   Work work;                               ///< of all its sub-steps
+  ConstraintSet* constraints{nullptr};     ///< its contacts, ties and limits
 };
 
 /// A schedule with the definitions in its layout.
@@ -104,10 +109,12 @@ template <class T>
 struct Plan {
   Schedule schedule;
   std::vector<Constants<T>> constants;
+  std::vector<int> limited;  ///< the bodies whose joints have limits
 };
 
 /// What every lane of a base step shares.
 struct StepContext {
+  const Model* model;
   FlowLaw law;
   Vec3<double> gravity;
   double time;  ///< at the beginning of the whole step [s]
@@ -119,7 +126,25 @@ struct SolveReport {
   int solves{0};
   bool finite{true};
   bool converged{true};
+  bool constrained{false};  ///< there were contacts, ties or limits to solve for
 };
+
+/// The part of the constraints in a base step, for all copies (constrain.cpp). `begin` makes the rows of the sub-step,
+/// `renew` follows every elimination of the joints. `solve` applies impulses to the factors; true: the velocities must
+/// be computed anew, and solve again. `finish` takes the final velocities; `any`: there are rows at all.
+template <class T>
+void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+template <class T>
+void renew_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+template <class T>
+bool solve_constraints(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes);
+template <class T>
+void finish_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, bool any);
+/// Theirs in Newton's line search (newton.h).
+template <class T>
+void measure_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+double constraint_slope(const StepContext& context, double fraction);
+void accept_constraints(const StepContext& context, double fraction, bool first);
 
 /// One base step of every copy. `nodes` has one entry per slot and one for the world.
 SolveReport base_step(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes);

@@ -35,6 +35,7 @@ State initial_state(const Model& model) {
                             .trial_torque = Eigen::Vector3d::Zero(),
                             .flow = 0.0,
                             .yield_scale = 1.0,
+                            .limit_slack = 0.0,
                             .yielding = false});
   }
   return state;

@@ -14,7 +14,7 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
   data.finest = order - 1;
   StepReport report = make_runs(model, state, data, inputs, {.offset = 0.0, .length = options.step}, order);
   if (report.status != StepStatus::kOk) return report;
-  if (order > 1) extrapolate(data, order);
+  if (report.extrapolated) extrapolate(data, order);
   take_result(data, order, options.step, state, report);
   return report;
 }

@@ -40,24 +40,29 @@ void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& co
   constants.roots = constants.roots || free || fixed;
   constants.flows = constants.flows || std::isfinite(law.yield_torque);
   constants.isotropic = constants.isotropic && is_isotropic(law);
+  constants.limited = constants.limited || (!free && !fixed && body.limits.any());
 }
 
 template <class T>
 Plan<T> make_plan(const Model& model, int copies) {
   std::vector<int> parents;
   for (int i = 0; i < model.size(); ++i) parents.push_back(model.body(i).parent);
-  Plan<T> plan{.schedule = Schedule(parents, copies, math::LaneTraits<T>::kCount), .constants = {}};
+  Plan<T> plan{.schedule = Schedule(parents, copies, math::LaneTraits<T>::kCount), .constants = {}, .limited = {}};
   // An idle lane computes the motion of a unit ball that nothing reads.
   const BodyDefinition idle;
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Constants<T>& constants = plan.constants.emplace_back();
-    constants.roots = constants.flows = false;
+    constants.roots = constants.flows = constants.limited = false;
     constants.isotropic = true;
     for (int k = 0; k < plan.schedule.lanes(); ++k) {
       const Task& task = plan.schedule.tasks(slot)[k];
       set_body(task.copy < 0 ? idle : model.body(task.body), task.copy < 0 ? RootKind::kBall : model.root(), k,
                constants);
     }
+  }
+  for (int i = 0; i < model.size(); ++i) {
+    const bool jointed = model.body(i).parent >= 0 || model.root() == RootKind::kBall;
+    if (jointed && model.body(i).limits.any()) plan.limited.push_back(i);
   }
   return plan;
 }
@@ -79,6 +84,8 @@ Workspace::Data::Data(const Model& model) {
   for (int k = 0; k < kMaxOrder; ++k) {
     runs[k] = start.bodies;
     copies[k].loads.resize(n);
+    constraints[k].reserve(n);
+    copies[k].constraints = &constraints[k];
   }
 }
 
@@ -100,5 +107,11 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 const BodyForce& Workspace::coupling_force(int index) const {
   return data_->copies[data_->finest].coupling_forces[index];
 }
+
+const Eigen::Vector3d& Workspace::contact_force(int index) const {
+  return data_->constraints[data_->finest].contact_force(index);
+}
+
+const BodyForce& Workspace::tie_force(int index) const { return data_->constraints[data_->finest].tie_force(index); }
 
 }  // namespace layfigure::dynamics

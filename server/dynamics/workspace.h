@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "constraint_set.h"
 #include "run.h"
 
 namespace layfigure::dynamics {
@@ -23,6 +24,7 @@ struct Workspace::Data {
   std::vector<Node<math::Lanes4>> nodes;
   std::array<std::vector<BodyState>, kMaxOrder> runs;
   std::array<Copy, kMaxOrder> copies;
+  std::array<ConstraintSet, kMaxOrder> constraints;
   int finest{0};  ///< copy of the last step whose coupling forces count
 };
 

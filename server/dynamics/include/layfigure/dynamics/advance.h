@@ -7,6 +7,7 @@ namespace layfigure::dynamics {
 struct AdvanceOptions {
   double tolerance{1e-5};      ///< of the error estimate of each step: the largest rotation of a joint [rad], > 0
   double smallest_step{1e-7};  ///< [s], > 0; a step this short is accepted whatever its error
+  double impact_step{1e-3};    ///< [s], > 0; so is this one if contacts, ties or limits begin or end to act in it
   double largest_step{0.1};    ///< [s]
 };
 
@@ -21,9 +22,10 @@ struct AdvanceReport {
   int steps{0};
   int rejected{0};  ///< steps that were made again shorter, for their error or because they were not finite
   int solves{0};
-  int yielding{0};            ///< joints that flowed in the last step
-  bool converged{true};       ///< every Newton iteration met its tolerance
-  double largest_error{0.0};  ///< among the estimates of the accepted steps [rad]
+  int yielding{0};               ///< joints that flowed in the last step
+  bool converged{true};          ///< every Newton iteration met its tolerance
+  double largest_error{0.0};     ///< among the estimates of the accepted steps [rad]
+  ConstraintReport constraints;  ///< of the last step
   Work work;
 };
 
@@ -35,6 +37,9 @@ struct AdvanceReport {
 /// + 1) / 2), is taken next (Deuflhard 1983, "Order and stepsize control in extrapolation methods"; Hairer & Wanner II,
 /// IV.9). Where a joint begins or ends to flow the torque has a kink, which the estimate finds: there the steps get
 /// short.
+///
+/// Where contacts, ties or limits begin or end to act no order helps: a step of at most `impact_step` over such an
+/// instant is taken as the base steps of its finest run. The contacts are those of the beginning of the whole advance.
 ///
 /// The couplings' targets move from the beginning of the whole advance on. Cost, errors, allocation and thread-safety
 /// as step(); on a status other than kOk the state is that of the last good step.

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "layfigure/dynamics/limits.h"
+
 namespace layfigure::dynamics {
 
 /// How fast an overloaded joint flows (t the torque of the strain, t_y the yield torque, D_d the flow damping).
@@ -62,6 +64,7 @@ struct BodyDefinition {
   Eigen::Vector3d com{Eigen::Vector3d::Zero()};                      ///< p_BoBcm_B [m]
   Eigen::Matrix3d inertia{Eigen::Matrix3d::Identity()};              ///< I_BBcm_B [kg m^2], positive semidefinite
   JointLaw joint;
+  JointLimits limits;
 };
 
 /// All that a doll's physics is made from. Safe to fill in any order; Model checks it.

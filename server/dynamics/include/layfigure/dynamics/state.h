@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <vector>
 
 #include "layfigure/dynamics/model.h"
@@ -19,13 +20,21 @@ struct BodyState {
   Eigen::Vector3d trial_torque;      ///< s of the last step, section axes [N m]: t as if nothing flowed (warm start)
   double flow;                       ///< accumulated over all flow so far [rad]: what hardening grows with
   double yield_scale;                ///< softness: scales the joint's yield torque from now on, >= 0
+  double limit_slack;                ///< the joint can surely turn by this before its limits matter [rad]
   bool yielding;                     ///< the joint flowed in the last step
+};
+
+/// What a constraint's rows exerted in the last step: where the solution of the next one is looked for first.
+struct ConstraintMemory {
+  std::uint64_t key;
+  Eigen::Vector3d force;  ///< world [N], or [N m] for rows that act on rotations
 };
 
 /// Everything that changes: copy it to save it, assign it to restore it; what follows is then the same, bit for bit.
 struct State {
   double time{0.0};  ///< [s]
   std::vector<BodyState> bodies;
+  std::vector<ConstraintMemory> constraints;
 };
 
 /// The definition's pose, at rest.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "layfigure/dynamics/constraints.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 
@@ -45,6 +46,8 @@ struct Coupling {
 struct Inputs {
   const Loads* loads{nullptr};
   std::span<const Coupling> couplings{};
+  std::span<const Contact> contacts{};  ///< as they are at the beginning of the step
+  std::span<const Tie> ties{};
 };
 
 struct StepOptions {
@@ -58,12 +61,13 @@ enum class StepStatus {
 };
 
 /// Energy that crossed the doll's border or was turned into heat in a step [J]. In a base step
-///     E[n+1] - E[n] <= input - viscous - flow
+///     E[n+1] - E[n] <= input - viscous - flow - constraints
 /// up to terms of the second order in h, which the extrapolated orders reduce: what is missing is numerical damping.
 struct Work {
-  double input{0.0};    ///< done on the doll by loads and couplings
-  double viscous{0.0};  ///< lost in the joints' dampers D_f
-  double flow{0.0};     ///< plastic work: lost in the joints' flow
+  double input{0.0};        ///< done on the doll by loads and couplings
+  double viscous{0.0};      ///< lost in the joints' dampers D_f
+  double flow{0.0};         ///< plastic work: lost in the joints' flow
+  double constraints{0.0};  ///< taken by contacts, ties and limits, by friction mainly; negative where they push
 };
 
 struct StepReport {
@@ -71,7 +75,12 @@ struct StepReport {
   int solves{0};         ///< O(n) solves, those of runs that go side by side counted once
   int yielding{0};       ///< joints that flowed in the last sub-step
   bool converged{true};  ///< every Newton iteration met its tolerance
-  Work work;             ///< of the finest run
+  /// The runs of an order above 1 were combined. They are not where a contact, tie or limit acted in some of their
+  /// sub-steps and not, or not in the same way, in others; the result is then that of the finest run, base steps of h /
+  /// order.
+  bool extrapolated{false};
+  ConstraintReport constraints;  ///< of the finest run
+  Work work;                     ///< of the finest run
 };
 
 /// Scratch memory of a step for one model, allocated once. One per thread.
@@ -84,6 +93,11 @@ class Workspace {
 
   /// What coupling `index` of the last step's inputs exerted on its body at the held point, world, at the step's end.
   [[nodiscard]] const BodyForce& coupling_force(int index) const;
+
+  /// What contact `index` of the last step's inputs exerted on its body a at the step's end, world [N].
+  [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const;
+  /// What tie `index` of the last step's inputs exerted on its body a at the held point at the step's end, world.
+  [[nodiscard]] const BodyForce& tie_force(int index) const;
 
   struct Data;
   [[nodiscard]] Data& data() { return *data_; }

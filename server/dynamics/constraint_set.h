@@ -1,0 +1,129 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "layfigure/dynamics/constraints.h"
+#include "layfigure/dynamics/lcp.h"
+#include "layfigure/dynamics/limits.h"
+#include "path_tree.h"
+
+namespace layfigure::dynamics {
+
+/// Up to three rows that belong together: a contact, the translation or the rotation of a tie, a bound of a joint.
+struct ConstraintBlock {
+  enum class Kind { kContact, kTie, kTieRotation, kLimit };
+
+  Kind kind;
+  std::uint64_t key;
+  int source;  ///< index of the contact or tie; body of the joint
+  int rows;
+  std::array<LcpRow, 3> laws;
+  Jacobian jacobian;
+  Eigen::Matrix3d directions;                        ///< of the rows' impulses, world
+  Eigen::Vector3d bias;                              ///< b without the velocity
+  Eigen::Vector3d compliance;                        ///< S
+  bool active{false};                                ///< its rows are in the problem
+  int first{0};                                      ///< its first row there
+  Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};  ///< lambda
+  Eigen::Vector3d applied{Eigen::Vector3d::Zero()};  ///< what of it the factors hold
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
+  // those of the line search's last accepted iterate
+  Eigen::Vector3d accepted_impulse{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d accepted_velocity{Eigen::Vector3d::Zero()};
+};
+
+/// The constraints of one copy of the doll.
+class ConstraintSet {
+ public:
+  /// Makes room for a model of so many bodies.
+  void reserve(int bodies);
+
+  /// A step begins: where its sub-steps look for their impulses first. Forgets the last step's reports.
+  void start(std::span<const ConstraintMemory> memory, const Inputs& inputs);
+
+  /// No rows.
+  void clear();
+  /// A sub-step begins: makes the contacts' and the ties' rows, with the configuration as the nodes have it.
+  template <class T>
+  void gather(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
+  /// The joints have been eliminated anew: nothing is applied to the new factors yet.
+  template <class T>
+  void renew(const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+  /// Takes in the rows that the velocities would violate, solves for the impulses and applies them to the factors.
+  /// False if there was no such row, so that the velocities are final.
+  template <class T>
+  bool solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int copy);
+  /// The velocities are final: forces, work and what to remember.
+  template <class T>
+  void finish(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
+
+  /// The line search's part. The newest iterate's rows as they move with the velocities in the nodes.
+  template <class T>
+  void measure(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
+  /// lambda . (change of the unilateral rows' velocity), at that part of the way from the last accepted iterate.
+  [[nodiscard]] double slope(double fraction) const;
+  void accept(double fraction, bool first);
+
+  [[nodiscard]] const std::vector<ConstraintMemory>& memory() const { return memory_; }
+  [[nodiscard]] const ConstraintReport& report() const { return report_; }
+  [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const { return contact_forces_[index]; }
+  [[nodiscard]] const BodyForce& tie_force(int index) const { return tie_forces_[index]; }
+  /// The same rows acted, in the same way, in all sub-steps of both runs.
+  [[nodiscard]] bool agrees_with(const ConstraintSet& other) const {
+    return steady_ && other.steady_ && pattern_ == other.pattern_;
+  }
+
+ private:
+  struct Limited {
+    int body;
+    LimitState state;
+    Eigen::Matrix3d axes;  ///< R_WR of the reference axes
+    std::array<bool, 3> taken{};
+  };
+
+  [[nodiscard]] Eigen::Vector3d remembered(std::uint64_t key, double h, const Eigen::Matrix3d& directions);
+  void add(ConstraintBlock block, double h);
+  void add_contact(const Contact& contact, int index, double h, double offset);
+  void add_tie(const Tie& tie, int index, double h);
+  void add_limit(Limited& joint, int bound, double h);
+  template <class T>
+  void take_limits(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int copy);
+  template <class T>
+  void take_bounds(Limited& joint, const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                   int copy);
+  template <class T>
+  [[nodiscard]] Eigen::Vector3d row_velocity(const ConstraintBlock& block, const Plan<T>& plan,
+                                             const std::vector<Node<T>>& nodes, int copy) const;
+  [[nodiscard]] bool activate();
+  void assemble();
+  void solve_rows();
+  void note_pattern();
+
+  PathTree tree_;
+  std::vector<ConstraintBlock> blocks_;
+  std::vector<Limited> limited_;
+  std::vector<ConstraintMemory> memory_;
+  std::size_t cursor_{0};  ///< in memory_: where the last key was found
+  int active_rows_{0};
+  static constexpr int kNone = -1;
+  int solved_rows_{kNone};  ///< size of the last problem since renew()
+
+  // the problem
+  std::vector<LcpRow> laws_;
+  std::vector<double> bias_;
+  std::vector<double> impulses_;
+  LcpWorkspace lcp_;
+
+  std::vector<Eigen::Vector3d> contact_forces_;
+  std::vector<BodyForce> tie_forces_;
+  ConstraintReport report_;
+  std::uint64_t pattern_{0};
+  bool steady_{true};
+  bool first_sub_step_{true};
+};
+
+}  // namespace layfigure::dynamics
