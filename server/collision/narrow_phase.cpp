@@ -168,10 +168,11 @@ void set_separated(const Vector3d& normal, Manifold& manifold) {
   manifold = Manifold{.face = manifold.face, .separating = normal, .points = {}};
 }
 
-void set_touching(const FaceRef& face, const Vector3d& normal, const NarrowScratch& scratch, Manifold& manifold) {
+void set_touching(const FaceRef& face, const Vector3d& normal, double layer, NarrowScratch& scratch,
+                  Manifold& manifold) {
   manifold.face = face;
   manifold.separating.setZero();
-  reduce(scratch.points, normal, kPointHysteresis * smaller_size(scratch.cores), manifold);
+  reduce(scratch.points, normal, layer, kPointHysteresis * smaller_size(scratch.cores), manifold);
 }
 
 }  // namespace
@@ -191,9 +192,9 @@ void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, con
   set(b, shrunk_b, R_AB, p_AB, scratch.cores[1]);
 }
 
-void collide(double activity, NarrowScratch& scratch, Manifold& manifold) {
+void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
   const Cores& cores = scratch.cores;
-  const double reach = activity + cores[0].core->radius + cores[1].core->radius;
+  const double reach = activity.distance + cores[0].core->radius + cores[1].core->radius;
   if (!manifold.separating.isZero() && separation_along(cores, manifold.separating) > reach) return;
 
   FaceSeparation face = largest_face_separation(cores, manifold.face, reach);
@@ -207,7 +208,7 @@ void collide(double activity, NarrowScratch& scratch, Manifold& manifold) {
   FaceHeights least;
   if (has_face) {
     face.face.facing = facing_face(cores, face, manifold.face);
-    least = find_face_points(face.face, activity, scratch);
+    least = find_face_points(face.face, activity.distance, scratch);
   }
   // No normal parts the cores by more than the distance of two of their points: then the face is the answer.
   if (!(least.inside <= face.separation + hysteresis)) {
@@ -215,26 +216,27 @@ void collide(double activity, NarrowScratch& scratch, Manifold& manifold) {
     if (edges.separation > reach) return set_separated(edges.normal, manifold);
     const bool beside = least.all > std::max(edges.separation, face.separation) + hysteresis;
     if (edges.separation > face.separation + (beside ? -hysteresis : hysteresis)) {
-      find_edge_points(edges, activity, scratch);
-      return set_touching({}, edges.normal, scratch, manifold);
+      find_edge_points(edges, activity.distance, scratch);
+      return set_touching({}, edges.normal, activity.layer, scratch, manifold);
     }
-    if (has_face && least.all > face.separation + hysteresis) add_support(face, face_normal, activity, scratch);
+    if (has_face && least.all > face.separation + hysteresis)
+      add_support(face, face_normal, activity.distance, scratch);
   }
-  set_touching(face.face, face_normal, scratch, manifold);
+  set_touching(face.face, face_normal, activity.layer, scratch, manifold);
 }
 
-void collide_with_plane(const Polytope& a, const Vector3d& normal, double offset, double activity,
+void collide_with_plane(const Polytope& a, const Vector3d& normal, double offset, const Activity& activity,
                         NarrowScratch& scratch, Manifold& manifold) {
   scratch.points.clear();
   for (std::size_t v = 0; v < a.vertices.size(); ++v) {
     const double height = normal.dot(a.vertices[v]) - offset;
     const double gap = height - a.radius;
-    if (gap > activity) continue;
+    if (gap > activity.distance) continue;
     const Vector3d below = a.vertices[v] - height * normal;
     scratch.points.push_back(
         {a.vertices[v] - a.radius * normal, below, normal, gap, feature_of(FeatureKind::kPlane, v)});
   }
-  reduce(scratch.points, normal, kPointHysteresis * (a.size + a.radius), manifold);
+  reduce(scratch.points, normal, activity.layer, kPointHysteresis * (a.size + a.radius), manifold);
 }
 
 }  // namespace layfigure::collision

@@ -11,7 +11,14 @@
 namespace layfigure::collision {
 
 /// Most points that a pair of shapes has.
-inline constexpr int kMaxPoints = 4;
+inline constexpr int kLayerPoints = 4;
+inline constexpr int kMaxPoints = 2 * kLayerPoints;
+
+/// Which points of a pair are reported.
+struct Activity {
+  double distance;  ///< those with a gap up to this [m]
+  double layer;     ///< those not more than this above the deepest come first [m]
+};
 
 /// A face of one of two cores.
 struct FaceRef {
@@ -73,10 +80,10 @@ void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, con
            const Eigen::Matrix3d& R_AB, const Eigen::Vector3d& p_AB, NarrowScratch& scratch);
 
 /// Replaces `manifold`, which holds the pair's last one, by that of the two cores placed in `scratch`.
-void collide(double activity, NarrowScratch& scratch, Manifold& manifold);
+void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifold);
 
 /// The same for a core against the half-space normal . x <= offset, both in the core's body frame; the half-space is b.
-void collide_with_plane(const Polytope& a, const Eigen::Vector3d& normal, double offset, double activity,
+void collide_with_plane(const Polytope& a, const Eigen::Vector3d& normal, double offset, const Activity& activity,
                         NarrowScratch& scratch, Manifold& manifold);
 
 }  // namespace layfigure::collision

@@ -1,6 +1,7 @@
 #include "layfigure/collision/world.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "narrow_phase.h"
@@ -16,7 +17,8 @@ using Eigen::Vector3d;
 struct Body {
   Pose X_WB{};
   Matrix3d R_WB{Matrix3d::Identity()};
-  bool moved{false};  ///< since the last update
+  double reach{0.0};
+  bool moved{false};  ///< since the last update, or its reach changed
 };
 
 // Shapes as the tests use them, in the frame of the body that carries them. `shape` is the definition's index.
@@ -75,7 +77,11 @@ struct World::Data {
   [[nodiscard]] bool may_meet(int shape_a, int shape_b) const;
   [[nodiscard]] Body& carrier(int shape) { return bodies[definition.shapes[shape].body + 1]; }
 
-  bool move(std::span<const Pose> X_WB);
+  bool move(std::span<const Pose> X_WB, std::span<const double> reach);
+  [[nodiscard]] Activity activity_of(const Candidate& candidate) {
+    const double reach = carrier(candidate.shapes.first).reach + carrier(candidate.shapes.second).reach;
+    return {.distance = definition.activity + reach, .layer = definition.activity};
+  }
   void find_near_cores(UpdateReport& report);
   void find_near_planes(UpdateReport& report);
   void test_candidates(UpdateReport& report);
@@ -135,16 +141,19 @@ bool World::Data::may_meet(int shape_a, int shape_b) const {
                              std::pair<int, int>(std::minmax(a.body, b.body)));
 }
 
-/// Takes the poses over; true if any differs from the last one.
-bool World::Data::move(std::span<const Pose> X_WB) {
+/// Takes the poses and reaches over; true if any differs from the last one.
+bool World::Data::move(std::span<const Pose> X_WB, std::span<const double> reach) {
   bool any = fresh;
   for (std::size_t i = 0; i < X_WB.size(); ++i) {
     Body& body = bodies[i + 1];
     const Pose& to = X_WB[i];
-    body.moved = fresh || body.X_WB.position != to.position || body.X_WB.rotation.coeffs() != to.rotation.coeffs();
+    const double new_reach = reach.empty() ? 0.0 : reach[i];
+    body.moved = fresh || body.X_WB.position != to.position || body.X_WB.rotation.coeffs() != to.rotation.coeffs() ||
+                 body.reach != new_reach;
     if (!body.moved) continue;
     any = true;
     body.X_WB = to;
+    body.reach = new_reach;
     body.R_WB = to.rotation.normalized().toRotationMatrix();
   }
   return any;
@@ -153,7 +162,7 @@ bool World::Data::move(std::span<const Pose> X_WB) {
 void World::Data::find_near_cores(UpdateReport& report) {
   for (std::size_t i = 0; i < cores.size(); ++i) {
     const Body& body = carrier(cores[i].shape);
-    if (fresh || body.moved) boxes[i] = box_of(cores[i].core, body, 0.5 * definition.activity);
+    if (fresh || body.moved) boxes[i] = box_of(cores[i].core, body, 0.5 * definition.activity + body.reach);
   }
   overlapping.clear();
   report.box_tests += sweep.find(boxes, overlapping);
@@ -169,7 +178,7 @@ void World::Data::find_near_planes(UpdateReport& report) {
     const PlaneShape& plane = planes[p];
     const Body& body = carrier(plane.shape);
     const Vector3d normal = body.R_WB * plane.normal;
-    const double highest = plane.offset + normal.dot(body.X_WB.position) + 0.5 * definition.activity;
+    const double highest = plane.offset + normal.dot(body.X_WB.position) + 0.5 * definition.activity + body.reach;
     for (int c = 0; c < static_cast<int>(cores.size()); ++c) {
       const Box& box = boxes[c];
       ++report.box_tests;
@@ -212,11 +221,11 @@ void World::Data::test(const Candidate& candidate, PairContact& pair) {
     const PlaneShape& plane = planes[candidate.b];
     const Vector3d normal_A = R_AB * plane.normal;
     const double offset = plane.offset + normal_A.dot(p_AB);
-    collide_with_plane(a.core, normal_A, offset, definition.activity, scratch, pair.manifold);
+    collide_with_plane(a.core, normal_A, offset, activity_of(candidate), scratch, pair.manifold);
   } else {
     const CoreShape& b = cores[candidate.b];
     place(a.core, a.shrunk, b.core, b.shrunk, R_AB, p_AB, scratch);
-    collide(definition.activity, scratch, pair.manifold);
+    collide(activity_of(candidate), scratch, pair.manifold);
   }
   write_points(pair);
 }
@@ -250,14 +259,15 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-UpdateReport World::update(std::span<const Pose> X_WB) {
+UpdateReport World::update(std::span<const Pose> X_WB, std::span<const double> reach) {
+  assert(reach.empty() || reach.size() == X_WB.size());
   Data& data = *data_;
   const auto bad = std::find_if_not(X_WB.begin(), X_WB.end(), is_rigid);
   if (bad != X_WB.end() || static_cast<int>(X_WB.size()) != data.definition.bodies) {
     return {.status = UpdateStatus::kBadPose, .bad_body = static_cast<int>(bad - X_WB.begin())};
   }
   UpdateReport report;
-  if (!data.active || !data.move(X_WB)) return report;
+  if (!data.active || !data.move(X_WB, reach)) return report;
   data.candidates.clear();
   data.find_near_cores(report);
   data.find_near_planes(report);
@@ -265,6 +275,8 @@ UpdateReport World::update(std::span<const Pose> X_WB) {
   data.test_candidates(report);
   return report;
 }
+
+bool World::active() const { return data_->active; }
 
 std::span<const ContactPoint> World::contacts() const { return data_->contacts; }
 

@@ -43,7 +43,8 @@ struct UpdateReport {
 /// Of two hulls with many edges, only the edges about an approximate direction are tried. Bullet's GJK and EPA find it
 /// in single precision, on cores shrunk about their centres: those stay apart while the hulls touch.
 ///
-/// A pair has at most four points: the deepest, and those that span the largest area with it. So that a resting body
+/// A pair has at most four points within the activity distance of its deepest: this, and those that span the largest
+/// area with it; and with a reach (update()) as many again beyond, which may come to touch. So that a resting body
 /// keeps them, the points chosen stay the same until others are better by 1e-4 of the smaller shape's size, and the
 /// face they lie on until another normal's gap is larger by 1e-5 of it: so much a gap may be too small.
 ///
@@ -59,11 +60,16 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  /// Moves the bodies to X_WB, one pose per body, and finds the contacts within the activity distance.
+  /// Moves the bodies to X_WB, one pose per body, and finds the contacts within the activity distance. `reach` [m], if
+  /// not empty one finite value >= 0 per body, is how far a body's surface may get before the next update: it is added
+  /// to the activity distance of the pairs that the body is in, so that nothing fast is missed.
   /// O(n) bounds and a sweep for n shapes; pairs neither of which moved keep their contacts untested; nothing at all is
   /// done where no two shapes may meet. Allocates only where there are more near pairs or contacts than ever before.
   /// Throws nothing else.
-  [[nodiscard]] UpdateReport update(std::span<const Pose> X_WB);
+  [[nodiscard]] UpdateReport update(std::span<const Pose> X_WB, std::span<const double> reach = {});
+
+  /// Some two shapes may meet: update() has something to do.
+  [[nodiscard]] bool active() const;
 
   /// The contacts of the last update, ordered by shape_a and shape_b.
   [[nodiscard]] std::span<const ContactPoint> contacts() const;

@@ -1,0 +1,162 @@
+#include "layfigure/scene/scene.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+#include <variant>
+
+namespace layfigure::scene {
+namespace {
+
+using dynamics::BodyPose;
+
+/// Radius about the shape frame's origin; a plane has none.
+struct Radius {
+  double operator()(const collision::Sphere& shape) const { return shape.radius; }
+  double operator()(const collision::Capsule& shape) const { return shape.radius + shape.half_length; }
+  double operator()(const collision::ConvexHull& shape) const {
+    double radius = 0.0;
+    for (const Eigen::Vector3d& vertex : shape.vertices) radius = std::max(radius, vertex.norm());
+    return radius;
+  }
+  double operator()(const collision::Plane&) const { return 0.0; }
+};
+
+/// What bounds how far a body's surface gets in a step.
+struct Extent {
+  double radius{0.0};  ///< of its shapes about its com [m]; 0: no shapes
+  double mass;
+  Eigen::Matrix3d inverse_inertia;  ///< about the com, body's axes
+};
+
+std::vector<Extent> extents(const SceneDefinition& definition) {
+  std::vector<Extent> extents;
+  for (const dynamics::BodyDefinition& body : definition.model.bodies) {
+    const double least = body.mass * dynamics::kSmallestGyration * dynamics::kSmallestGyration;
+    const Eigen::Matrix3d inertia = body.inertia + least * Eigen::Matrix3d::Identity();
+    extents.push_back({.mass = body.mass, .inverse_inertia = inertia.inverse()});
+  }
+  for (const collision::ShapeDefinition& shape : definition.shapes) {
+    if (shape.body < 0 || shape.body >= static_cast<int>(extents.size())) continue;
+    const Eigen::Vector3d& com = definition.model.bodies[shape.body].com;
+    const double radius = (shape.X_BS.position - com).norm() + std::visit(Radius{}, shape.shape);
+    extents[shape.body].radius = std::max(extents[shape.body].radius, radius);
+  }
+  return extents;
+}
+
+collision::WorldDefinition world_definition(const SceneDefinition& definition) {
+  collision::WorldDefinition world;
+  world.bodies = static_cast<int>(definition.model.bodies.size());
+  world.shapes = definition.shapes;
+  world.excluded = definition.excluded;
+  for (int i = 0; i < world.bodies; ++i) {
+    const int parent = definition.model.bodies[i].parent;
+    if (parent >= 0) world.excluded.emplace_back(parent, i);
+  }
+  return world;
+}
+
+Eigen::Vector3d in_body(const std::vector<BodyPose>& poses, int body, const Eigen::Vector3d& point) {
+  if (body == collision::kWorldBody) return point;
+  return poses[body].rotation.conjugate() * (point - poses[body].origin);
+}
+
+/// One name from the two shapes and the feature; that two points may share one only costs iterations.
+std::uint64_t key_of(const collision::ContactPoint& point) {
+  std::uint64_t key = point.feature;
+  for (const int shape : {point.shape_a, point.shape_b}) {
+    key = (key ^ static_cast<std::uint64_t>(shape)) * 0x9e3779b97f4a7c15ULL + (key >> 31);
+  }
+  return key;
+}
+
+dynamics::Contact contact_of(const collision::ContactPoint& point, const std::vector<BodyPose>& poses) {
+  dynamics::Contact contact;
+  contact.body_a = point.body_a;
+  contact.body_b = point.body_b == collision::kWorldBody ? dynamics::kWorld : point.body_b;
+  contact.point_a = in_body(poses, point.body_a, point.p_Wa);
+  contact.point_b = in_body(poses, point.body_b, point.p_Wb);
+  contact.normal = point.normal_W;
+  contact.friction = point.friction;
+  contact.key = key_of(point);
+  return contact;
+}
+
+}  // namespace
+
+struct Scene::Data {
+  explicit Data(SceneDefinition definition)
+      : extents(scene::extents(definition)),
+        world(world_definition(definition)),
+        model(std::move(definition.model)),
+        workspace(model) {}
+
+  void move(const dynamics::State& state, double h);
+  void collect_contacts();
+
+  std::vector<Extent> extents;
+  collision::World world;
+  dynamics::Model model;
+  dynamics::Workspace workspace;
+  std::vector<BodyPose> poses;
+  std::vector<collision::Pose> X_WB;
+  std::vector<double> reach;
+  std::vector<dynamics::Contact> contacts;
+};
+
+/// Poses at the beginning of a step of length h, and how far each body's surface gets in it: as fast as it is, and
+/// falling for as long.
+void Scene::Data::move(const dynamics::State& state, double h) {
+  world_poses(model, state, poses);
+  X_WB.resize(poses.size());
+  reach.resize(poses.size());
+  const double fall = h * h * model.gravity().norm();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    X_WB[i] = {.rotation = poses[i].rotation, .position = poses[i].origin};
+    const Extent& extent = extents[i];
+    if (extent.radius == 0.0) continue;
+    const dynamics::BodyState& body = state.bodies[i];
+    const Eigen::Vector3d spin = extent.inverse_inertia * (poses[i].rotation.conjugate() * body.angular_momentum);
+    reach[i] = h * (body.linear_momentum.norm() / extent.mass + spin.norm() * extent.radius) + fall;
+  }
+}
+
+void Scene::Data::collect_contacts() {
+  contacts.clear();
+  for (const collision::ContactPoint& point : world.contacts()) contacts.push_back(contact_of(point, poses));
+}
+
+Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition))) {}
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+
+const dynamics::Model& Scene::model() const { return data_->model; }
+
+SceneReport Scene::step(dynamics::State& state, const dynamics::Inputs& inputs, const dynamics::StepOptions& options) {
+  assert(inputs.contacts.empty());
+  Data& data = *data_;
+  SceneReport report;
+  dynamics::Inputs all = inputs;
+  if (data.world.active()) {
+    data.move(state, options.step);
+    report.collision = data.world.update(data.X_WB, data.reach);
+    if (report.collision.status != collision::UpdateStatus::kOk) {
+      report.step.status = dynamics::StepStatus::kNotFinite;
+      return report;
+    }
+    data.collect_contacts();
+    all.contacts = data.contacts;
+  }
+  report.step = dynamics::step(data.model, state, data.workspace, all, options);
+  return report;
+}
+
+std::span<const collision::ContactPoint> Scene::contacts() const { return data_->world.contacts(); }
+const Eigen::Vector3d& Scene::contact_force(int index) const { return data_->workspace.contact_force(index); }
+const dynamics::BodyForce& Scene::coupling_force(int index) const { return data_->workspace.coupling_force(index); }
+const dynamics::BodyForce& Scene::tie_force(int index) const { return data_->workspace.tie_force(index); }
+void Scene::forget() { data_->world.forget(); }
+
+}  // namespace layfigure::scene
