@@ -17,68 +17,8 @@ constexpr double kViolation = 1e-9;
 // Friction that uses this much of its cone slides.
 constexpr double kSliding = 1.0 - 1e-9;
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
-  Eigen::Matrix3d m;
-  m << 0.0, -r.z(), r.y(), r.z(), 0.0, -r.x(), -r.y(), r.x(), 0.0;
-  return m;
-}
-
-/// [n t1 t2], right-handed, with tangents that depend on the normal alone.
-Eigen::Matrix3d contact_frame(const Eigen::Vector3d& n) {
-  const Eigen::Vector3d other = std::abs(n.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
-  Eigen::Matrix3d frame;
-  frame.col(0) = n;
-  frame.col(1) = n.cross(other).normalized();
-  frame.col(2) = n.cross(frame.col(1));
-  return frame;
-}
-
-/// b of a rigid unilateral row of gap x.
-double unilateral_bias(double gap, double h) { return gap >= 0.0 ? gap / h : gap / (h + kRecoveryTime); }
-
-struct Spring {
-  double compliance;     ///< S
-  Eigen::Vector3d bias;  ///< b
-};
-
-/// Rows that close the gap x.
-Spring spring_rows(double K, double B, double h, const Eigen::Vector3d& x, double largest_speed) {
-  if (!std::isfinite(K)) {
-    return {.compliance = 0.0, .bias = x * std::min(1.0 / h, largest_speed / std::max(x.norm(), h * largest_speed))};
-  }
-  const double resistance = h * K + B;
-  return {.compliance = 1.0 / (h * resistance), .bias = x * (K / resistance)};
-}
-
-Jacobian::Side side_at(int body, const Eigen::Vector3d& r, const Eigen::Matrix3d& forces) {
-  return {.body = body, .moment = cross_matrix(r) * forces, .force = forces};
-}
-
-Jacobian::Side side_of_moment(int body, const Eigen::Matrix3d& moments) {
-  return {.body = body, .moment = moments, .force = Eigen::Matrix3d::Zero()};
-}
-
-/// A point of a body, or of the world.
-struct Anchor {
-  Eigen::Vector3d r;  ///< from the body's origin, world axes
-  Eigen::Vector3d position;
-};
-
-Anchor anchor_of(const PathTree& tree, int body, const Eigen::Vector3d& point) {
-  if (body == kWorld) return {.r = Eigen::Vector3d::Zero(), .position = point};
-  const PathNode& node = tree.at(body);
-  const Eigen::Vector3d r = node.rotation * point;
-  return {.r = r, .position = node.origin + r};
-}
-
-std::uint64_t block_key(Kind kind, std::uint64_t source) { return (source << 2) | static_cast<std::uint64_t>(kind); }
-
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
   return (hash ^ value) * 0x9e3779b97f4a7c15ULL + (hash >> 29);
-}
-
-const LimitState::Bound& bound_of(const LimitState& state, int index) {
-  return index == 0 ? state.lower_twist : index == 1 ? state.upper_twist : state.swing;
 }
 
 }  // namespace
@@ -109,12 +49,15 @@ void ConstraintSet::gather(const StepContext& context, const Plan<T>& plan, cons
   for (std::size_t i = 0; i < inputs.contacts.size(); ++i) {
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_a);
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_b);
-    add_contact(inputs.contacts[i], static_cast<int>(i), run.h, run.offset);
+    add(contact_block(tree_, inputs.contacts[i], static_cast<int>(i), run.h, run.offset), run.h);
   }
   for (std::size_t i = 0; i < inputs.ties.size(); ++i) {
     tree_.touch(context, plan, nodes, copy, inputs.ties[i].body_a);
     tree_.touch(context, plan, nodes, copy, inputs.ties[i].body_b);
-    add_tie(inputs.ties[i], static_cast<int>(i), run.h);
+    add(tie_block(tree_, inputs.ties[i], static_cast<int>(i), run.h), run.h);
+    if (inputs.ties[i].holds_rotation) {
+      add(tie_rotation_block(tree_, inputs.ties[i], static_cast<int>(i), run.h), run.h);
+    }
   }
 }
 
@@ -139,84 +82,11 @@ Eigen::Vector3d ConstraintSet::remembered(std::uint64_t key, double h, const Eig
   return Eigen::Vector3d::Zero();
 }
 
-void ConstraintSet::add(ConstraintBlock block, double h) {
+void ConstraintSet::add(ConstraintBlock&& block, double h) {
   block.impulse = remembered(block.key, h, block.directions);
   block.impulse.tail(3 - block.rows).setZero();
   block.active = block.kind != Kind::kContact || !block.impulse.isZero(0.0);
   blocks_.push_back(block);
-}
-
-void ConstraintSet::add_contact(const Contact& contact, int index, double h, double offset) {
-  const Anchor a = anchor_of(tree_, contact.body_a, contact.point_a);
-  const Anchor b = anchor_of(tree_, contact.body_b, contact.point_b);
-  const Eigen::Matrix3d frame = contact_frame(contact.normal);
-  const Eigen::Vector3d surface = frame.transpose() * contact.surface_velocity;
-  const double gap = contact.normal.dot(a.position - b.position) - surface[0] * offset;
-  const bool rough = contact.friction > 0.0;
-  ConstraintBlock block{
-      .kind = Kind::kContact,
-      .key = block_key(Kind::kContact, contact.key),
-      .source = index,
-      .rows = rough ? 3 : 1,
-      .laws = {rough ? LcpRow::contact(contact.friction) : LcpRow::unilateral(), LcpRow::tangent(), LcpRow::tangent()},
-      .jacobian = {.a = side_at(contact.body_a, a.r, frame), .b = side_at(contact.body_b, b.r, -frame)},
-      .directions = frame,
-      .bias = -surface,
-      .compliance = Eigen::Vector3d::Zero()};
-  block.bias[0] += unilateral_bias(gap, h);
-  add(block, h);
-}
-
-void ConstraintSet::add_tie(const Tie& tie, int index, double h) {
-  const Anchor a = anchor_of(tree_, tie.body_a, tie.point_a);
-  const Anchor b = anchor_of(tree_, tie.body_b, tie.point_b);
-  const Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  const auto laws_within = [](double most) {
-    const LcpRow law = LcpRow::box(-most, most);
-    return std::array<LcpRow, 3>{law, law, law};
-  };
-  const Spring spring = spring_rows(tie.stiffness, tie.damping, h, a.position - b.position, kLargestClosingSpeed);
-  add({.kind = Kind::kTie,
-       .key = block_key(Kind::kTie, index),
-       .source = index,
-       .rows = 3,
-       .laws = laws_within(h * tie.max_force),
-       .jacobian = {.a = side_at(tie.body_a, a.r, axes), .b = side_at(tie.body_b, b.r, -axes)},
-       .directions = axes,
-       .bias = spring.bias,
-       .compliance = Eigen::Vector3d::Constant(spring.compliance)},
-      h);
-  if (!tie.holds_rotation) return;
-  const Eigen::Quaterniond R_WB = tie.body_b == kWorld ? Eigen::Quaterniond::Identity() : tree_.at(tie.body_b).rotation;
-  const Eigen::Vector3d turn = math::log_rotation(tree_.at(tie.body_a).rotation * (R_WB * tie.rotation).conjugate());
-  const Spring angular = spring_rows(tie.angular_stiffness, tie.angular_damping, h, turn, kLargestClosingSpin);
-  add({.kind = Kind::kTieRotation,
-       .key = block_key(Kind::kTieRotation, index),
-       .source = index,
-       .rows = 3,
-       .laws = laws_within(h * tie.max_torque),
-       .jacobian = {.a = side_of_moment(tie.body_a, axes), .b = side_of_moment(tie.body_b, -axes)},
-       .directions = axes,
-       .bias = angular.bias,
-       .compliance = Eigen::Vector3d::Constant(angular.compliance)},
-      h);
-}
-
-void ConstraintSet::add_limit(Limited& joint, int index, double h) {
-  const LimitState::Bound& bound = bound_of(joint.state, index);
-  joint.taken[index] = true;
-  Eigen::Matrix3d torque = Eigen::Matrix3d::Zero();
-  torque.col(0) = joint.axes * bound.direction;
-  add({.kind = Kind::kLimit,
-       .key = block_key(Kind::kLimit, 3 * joint.body + index),
-       .source = joint.body,
-       .rows = 1,
-       .laws = {LcpRow::unilateral(), LcpRow::tangent(), LcpRow::tangent()},
-       .jacobian = {.a = {}, .b = {}, .joint = joint.body, .torque = torque},
-       .directions = torque,
-       .bias = {unilateral_bias(bound.gap, h), 0.0, 0.0},
-       .compliance = Eigen::Vector3d::Zero()},
-      h);
 }
 
 /// Looks at the joints whose limits the velocities may reach.
@@ -224,12 +94,12 @@ template <class T>
 void ConstraintSet::take_limits(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
                                 int copy) {
   const Copy& run = context.copies[copy];
-  for (Limited& joint : limited_) take_bounds(joint, context, plan, nodes, copy);
+  for (LimitedJoint& joint : limited_) take_bounds(joint, context, plan, nodes, copy);
   for (const int body : plan.limited) {
     Node<T>& node = nodes[plan.schedule.slot_of(copy, body)];
     const int lane = plan.schedule.lane_of(copy, body);
     if (math::lane(node.slack, lane) >= run.h * math::lane(node.w_PB, lane).norm()) continue;
-    const auto same = [body](const Limited& joint) { return joint.body == body; };
+    const auto same = [body](const LimitedJoint& joint) { return joint.body == body; };
     if (std::any_of(limited_.begin(), limited_.end(), same)) continue;
     const JointLimits& limits = context.model->body(body).limits;
     const LimitState state = limit_state(limits, run.from[body].rotation);
@@ -243,16 +113,18 @@ void ConstraintSet::take_limits(const StepContext& context, const Plan<T>& plan,
 }
 
 template <class T>
-void ConstraintSet::take_bounds(Limited& joint, const StepContext& context, const Plan<T>& plan,
+void ConstraintSet::take_bounds(LimitedJoint& joint, const StepContext& context, const Plan<T>& plan,
                                 const std::vector<Node<T>>& nodes, int copy) {
   const double h = context.copies[copy].h;
-  for (int index = 0; index < 3; ++index) {
-    const LimitState::Bound& bound = bound_of(joint.state, index);
+  for (int index = 0; index < LimitedJoint::kBounds; ++index) {
+    const LimitState::Bound& bound = joint.bound(index);
     if (joint.taken[index] || !std::isfinite(bound.gap)) continue;
     const Node<T>& node = nodes[plan.schedule.slot_of(copy, joint.body)];
     const int lane = plan.schedule.lane_of(copy, joint.body);
     const Eigen::Vector3d w = lane_matrix(node.axes, lane) * math::lane(node.w_PB, lane);
-    if (bound.gap + h * bound.direction.dot(joint.axes.transpose() * w) < 0.0) add_limit(joint, index, h);
+    if (bound.gap + h * bound.direction.dot(joint.axes.transpose() * w) >= 0.0) continue;
+    joint.taken[index] = true;
+    add(limit_block(joint, index, h), h);
   }
 }
 

@@ -1,40 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "layfigure/dynamics/constraints.h"
+#include "constraint_rows.h"
 #include "layfigure/dynamics/lcp.h"
-#include "layfigure/dynamics/limits.h"
 #include "path_tree.h"
 
 namespace layfigure::dynamics {
-
-/// Up to three rows that belong together: a contact, the translation or the rotation of a tie, a bound of a joint.
-struct ConstraintBlock {
-  enum class Kind { kContact, kTie, kTieRotation, kLimit };
-
-  Kind kind;
-  std::uint64_t key;
-  int source;  ///< index of the contact or tie; body of the joint
-  int rows;
-  std::array<LcpRow, 3> laws;
-  Jacobian jacobian;
-  Eigen::Matrix3d directions;                        ///< of the rows' impulses, world
-  Eigen::Vector3d bias;                              ///< b without the velocity
-  Eigen::Vector3d compliance;                        ///< S
-  bool active{false};                                ///< its rows are in the problem
-  int first{0};                                      ///< its first row there
-  Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};  ///< lambda
-  Eigen::Vector3d applied{Eigen::Vector3d::Zero()};  ///< what of it the factors hold
-  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
-  // those of the line search's last accepted iterate
-  Eigen::Vector3d accepted_impulse{Eigen::Vector3d::Zero()};
-  Eigen::Vector3d accepted_velocity{Eigen::Vector3d::Zero()};
-};
 
 /// The constraints of one copy of the doll.
 class ConstraintSet {
@@ -78,34 +53,23 @@ class ConstraintSet {
   }
 
  private:
-  struct Limited {
-    int body;
-    LimitState state;
-    Eigen::Matrix3d axes;  ///< R_WR of the reference axes
-    std::array<bool, 3> taken{};
-  };
-
   [[nodiscard]] Eigen::Vector3d remembered(std::uint64_t key, double h, const Eigen::Matrix3d& directions);
-  void add(ConstraintBlock block, double h);
-  void add_contact(const Contact& contact, int index, double h, double offset);
-  void add_tie(const Tie& tie, int index, double h);
-  void add_limit(Limited& joint, int bound, double h);
+  void add(ConstraintBlock&& block, double h);
   template <class T>
   void take_limits(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int copy);
   template <class T>
-  void take_bounds(Limited& joint, const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
-                   int copy);
+  void take_bounds(LimitedJoint& joint, const StepContext& context, const Plan<T>& plan,
+                   const std::vector<Node<T>>& nodes, int copy);
   template <class T>
   [[nodiscard]] Eigen::Vector3d row_velocity(const ConstraintBlock& block, const Plan<T>& plan,
                                              const std::vector<Node<T>>& nodes, int copy) const;
   [[nodiscard]] bool activate();
   void assemble();
   void solve_rows();
-  void note_pattern();
 
   PathTree tree_;
   std::vector<ConstraintBlock> blocks_;
-  std::vector<Limited> limited_;
+  std::vector<LimitedJoint> limited_;
   std::vector<ConstraintMemory> memory_;
   std::size_t cursor_{0};  ///< in memory_: where the last key was found
   int active_rows_{0};
