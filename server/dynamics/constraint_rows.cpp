@@ -37,7 +37,8 @@ struct Spring {
 /// Rows that close the gap x.
 Spring spring_rows(double K, double B, double h, const Eigen::Vector3d& x, double largest_speed) {
   if (!std::isfinite(K)) {
-    return {.compliance = 0.0, .bias = x * std::min(1.0 / h, largest_speed / std::max(x.norm(), h * largest_speed))};
+    const double duration = std::max(h + kRecoveryTime, x.norm() / largest_speed);
+    return {.compliance = 0.0, .bias = x / duration};
   }
   const double resistance = h * K + B;
   return {.compliance = 1.0 / (h * resistance), .bias = x * (K / resistance)};

@@ -98,24 +98,91 @@ TEST(Contact, ForcesReplayedAsLoads_MakeTheSameStep) {
   }
 }
 
+/// Velocity of a material point in a step, from the momenta that the step left; `poses` are those before it.
+Eigen::Vector3d step_velocity(const Model& model, const std::vector<BodyPose>& poses, const State& after, int body,
+                              const Eigen::Vector3d& position) {
+  if (body == kWorld) return Eigen::Vector3d::Zero();
+  const BodyState& state = after.bodies[body];
+  const Eigen::Quaterniond& R = poses[body].rotation;
+  const Eigen::Vector3d w = R * (model.body(body).inertia.inverse() * (R.conjugate() * state.angular_momentum));
+  return state.linear_momentum / model.body(body).mass + w.cross(position - poses[body].com);
+}
+
 TEST(Contact, TouchingTree_ObeysSignorinisAndCoulombsLaws) {
   const double h = 2e-3;
   const Model model(bent_tree(RootKind::kFree, 0.2));
   State state = initial_state(model);
   Workspace workspace(model);
+  int sliding = 0;
+  int sticking = 0;
   for (int n = 0; n < 50; ++n) {
+    std::vector<BodyPose> poses;
+    world_poses(model, state, poses);
     const std::vector<Contact> contacts = tree_contacts(model, state);
-    const auto report = step(model, state, workspace, {.contacts = contacts}, {.step = h});
+    const StepReport report = step(model, state, workspace, {.contacts = contacts}, {.step = h});
     ASSERT_EQ(report.constraints.unsolved, 0);
     ASSERT_TRUE(report.converged);
     for (std::size_t k = 0; k < contacts.size(); ++k) {
+      const Contact& contact = contacts[k];
+      const Eigen::Vector3d position = world_point(poses, contact.body_a, contact.point_a);
+      const Eigen::Vector3d velocity = step_velocity(model, poses, state, contact.body_a, position) -
+                                       step_velocity(model, poses, state, contact.body_b, position);
       const Eigen::Vector3d force = workspace.contact_force(static_cast<int>(k));
-      const double normal = force.dot(contacts[k].normal);
-      const double tangential = (force - normal * contacts[k].normal).norm();
-      EXPECT_GE(normal, 0.0);
-      EXPECT_LE(tangential, contacts[k].friction * normal * (1.0 + 1e-9) + 1e-12);
+      const double force_n = force.dot(contact.normal);
+      const double velocity_n = velocity.dot(contact.normal);
+      const Eigen::Vector3d force_t = force - force_n * contact.normal;
+      const Eigen::Vector3d velocity_t = velocity - velocity_n * contact.normal;
+      // The points are chosen with a gap of zero.
+      EXPECT_GE(force_n, 0.0);
+      EXPECT_GE(velocity_n, -kComplementarity);
+      EXPECT_LE(std::min(force_n, velocity_n), kComplementarity);
+      EXPECT_LE(force_t.norm(), contact.friction * force_n * (1.0 + 1e-9) + kComplementarity);
+      if (force_n < kComplementarity || contact.friction == 0.0) continue;
+      const bool slides = velocity_t.norm() > 1e-6;
+      (slides ? sliding : sticking) += 1;
+      if (!slides) continue;
+      EXPECT_LE((force_t + contact.friction * force_n * velocity_t.normalized()).norm(), 1e-6 * force_n);
     }
   }
+  EXPECT_GT(sliding, 20);
+  EXPECT_GT(sticking, 20);
+}
+
+TEST(Contact, ImpactWithinAStep_IsNotExtrapolated) {
+  const Model model(block(1.0, {0.1, 0.1, 0.1}, {0.0, 0.0, -kG}));
+  State state = initial_state(model);
+  state.bodies[0].position.z() = 0.002;
+  state.bodies[0].linear_momentum.z() = -0.5;
+  Workspace workspace(model);
+  const auto contacts = corner_contacts({0.1, 0.1, 0.1}, 0.5);
+  const StepReport report = step(model, state, workspace, {.contacts = contacts}, {.step = 0.01, .order = 4});
+  EXPECT_FALSE(report.extrapolated);
+  EXPECT_NEAR(state.bodies[0].position.z(), 0.0, 1e-12) << "it lies on the floor, not over or under it";
+  const StepReport later = step(model, state, workspace, {.contacts = contacts}, {.step = 0.01, .order = 4});
+  EXPECT_TRUE(later.extrapolated);
+}
+
+TEST(Contact, Ledger_CountsWhatFrictionTakes) {
+  // A block thrown along the floor: all its energy goes into friction.
+  const Model model(block(2.0, {0.1, 0.1, 0.02}, {0.0, 0.0, -kG}));
+  State state = initial_state(model);
+  state.bodies[0].linear_momentum.x() = 3.0;
+  Workspace workspace(model);
+  const auto contacts = corner_contacts({0.1, 0.1, 0.02}, 0.3);
+  const double energy_before = energy(model, state).total();
+  double taken = 0.0;
+  double created = 0.0;
+  for (int n = 0; n < 1000; ++n) {
+    const double before = energy(model, state).total();
+    auto moved = contacts;
+    for (Contact& contact : moved) contact.point_b += state.bodies[0].position;
+    const StepReport report = step(model, state, workspace, {.contacts = moved}, {.step = 1e-3});
+    taken += report.work.constraints;
+    created = std::max(created, energy(model, state).total() - before + report.work.constraints);
+  }
+  EXPECT_LE(state.bodies[0].linear_momentum.norm(), kComplementarity);
+  EXPECT_NEAR(taken, energy_before - energy(model, state).total(), 2e-2 * taken);
+  EXPECT_LE(created, 1e-12);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "allocation_count.h"
+#include "constrained_scene.h"
 #include "layfigure/dynamics/advance.h"
 #include "layfigure/dynamics/step.h"
 #include "scene.h"
@@ -29,6 +32,30 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
     StepSize size;
     EXPECT_EQ(advance(model, state, workspace, inputs, 0.1, {}, size).status, StepStatus::kOk);
     EXPECT_EQ(testing::allocation_count() - before, 0);
+  }
+}
+
+TEST(Step, WithConstraintsThatItHasSeen_AllocatesNothing) {
+  const Model model(testing::bent_tree(RootKind::kFree, 0.3));
+  const State start = initial_state(model);
+  const std::vector<Contact> contacts = testing::tree_contacts(model, start);
+  const std::vector<Tie> ties = testing::tree_ties(model, start);
+  const Inputs inputs{.contacts = contacts, .ties = ties};
+  for (const int order : {1, 4}) {
+    Workspace workspace(model);
+    State state = start;
+    const auto run = [&] {
+      int rows = 0;
+      for (int k = 0; k < 50; ++k) {
+        rows = std::max(rows, step(model, state, workspace, inputs, {.step = 1e-3, .order = order}).constraints.rows);
+      }
+      return rows;
+    };
+    EXPECT_GT(run(), 15);
+    for (std::size_t i = 0; i < start.bodies.size(); ++i) state.bodies[i] = start.bodies[i];
+    const long before = testing::allocation_count();
+    EXPECT_GT(run(), 15);
+    EXPECT_EQ(testing::allocation_count() - before, 0) << "order " << order;
   }
 }
 

@@ -13,16 +13,17 @@
 /// with M^-1 the implicit step's response, the Delassus matrix J M^-1 J^T computed along the touched paths alone.
 ///
 /// An open contact or limit of gap x may close just up to contact, b = x / h, so that nothing passes into it; an
-/// overlap is undone over a time constant, b = x / (h + kRecoveryTime), so that what touches is not thrown apart. A
-/// rigid tie closes its gap within the step, b = x / h, at most at a largest speed. A compliant one is a spring and
-/// damper in their stable implicit form (Tazaki & Hasegawa 2006):
+/// overlap is undone over a time constant, b = x / (h + kRecoveryTime), so that what touches is not thrown apart. So is
+/// a rigid tie's gap, at most at a largest speed: a time constant that does not follow h keeps the error's expansion in
+/// h smooth, which extrapolation needs. A compliant tie is a spring and damper in their stable implicit form (Tazaki &
+/// Hasegawa 2006):
 ///     S = 1 / (h (h K + B)),   b = K / (h K + B) x
 namespace layfigure::dynamics {
 
 /// The body index of what does not move.
 constexpr int kWorld = -1;
 
-/// Time constant with which a contact or limit undoes an overlap [s].
+/// Time constant with which an overlap or a rigid tie's gap is undone [s].
 constexpr double kRecoveryTime = 0.01;
 /// At which a rigid tie closes a gap at most [m/s], [rad/s].
 constexpr double kLargestClosingSpeed = 1.0;
