@@ -1,22 +1,15 @@
 #include "layfigure/dynamics/state.h"
 
-#include <Eigen/Eigenvalues>
-
 #include "axis_law.h"
+#include "inertia.h"
 #include "layfigure/math/rotation.h"
 
 namespace layfigure::dynamics {
 namespace {
 
 double rotational_energy(const BodyDefinition& body, const Eigen::Vector3d& momentum_B) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(body.inertia);
-  double energy = 0.0;
-  for (int k = 0; k < 3; ++k) {
-    const double along = axes.eigenvectors().col(k).dot(momentum_B);
-    // No momentum is possible about an axis without inertia.
-    if (axes.eigenvalues()[k] > 0.0) energy += 0.5 * along * along / axes.eigenvalues()[k];
-  }
-  return energy;
+  const PrincipalInertia inertia = principal_inertia(body);
+  return 0.5 * (inertia.axes.transpose() * momentum_B).cwiseAbs2().cwiseQuotient(inertia.moments).sum();
 }
 
 }  // namespace
@@ -62,19 +55,26 @@ void world_poses(const Model& model, const State& state, std::vector<BodyPose>& 
 Energy energy(const Model& model, const State& state) {
   std::vector<BodyPose> poses;
   world_poses(model, state, poses);
-  Energy sum{0.0, 0.0, 0.0};
+  std::vector<double> reach(model.size());
+  Energy sum{.kinetic = 0.0, .gravitational = 0.0, .elastic = 0.0, .rounding = 0.0};
   for (int i = 0; i < model.size(); ++i) {
     const BodyDefinition& body = model.body(i);
     const BodyState& now = state.bodies[i];
     sum.kinetic += 0.5 * now.linear_momentum.squaredNorm() / body.mass;
     sum.kinetic += rotational_energy(body, poses[i].rotation.conjugate() * now.angular_momentum);
     sum.gravitational -= body.mass * model.gravity().dot(poses[i].com);
+    // The errors of a position are those of the whole way to it.
+    reach[i] = body.parent < 0 ? now.position.norm() : reach[body.parent] + body.anchor.norm();
+    sum.rounding += kEnergyRounding * body.mass * model.gravity().norm() * (reach[i] + body.com.norm());
     if (body.parent >= 0 || model.root() == RootKind::kBall) {
       const Eigen::Vector3d strain = math::log_rotation(now.rest_rotation.conjugate() * now.rotation);
       const Eigen::Vector3d along = body.joint.shape.axes.conjugate() * strain;
-      sum.elastic += 0.5 * along.dot(axis_stiffness(body.joint).cwiseProduct(along));
+      const Eigen::Vector3d torque = axis_stiffness(body.joint).cwiseProduct(along);
+      sum.elastic += 0.5 * along.dot(torque);
+      sum.rounding += kAngleRounding * (torque.lpNorm<1>() + kAngleRounding * axis_stiffness(body.joint).sum());
     }
   }
+  sum.rounding += kEnergyRounding * (sum.kinetic + sum.elastic);
   return sum;
 }
 

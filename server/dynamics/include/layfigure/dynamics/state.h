@@ -50,11 +50,19 @@ struct BodyPose {
 /// World poses of all bodies. O(n). `poses` is resized to model.size(); no allocation when it already has that size.
 void world_poses(const Model& model, const State& state, std::vector<BodyPose>& poses);
 
+/// What double precision resolves of a sum of energies, relative to the sizes of its parts: 50 operations for each
+/// body, their errors adding up like a random walk along a chain of 10 000.
+constexpr double kEnergyRounding = 1e-12;
+/// What a unit quaternion resolves of a joint's strain [rad]. A stiff spring's energy is uncertain by its torque times
+/// this.
+constexpr double kAngleRounding = 1e-15;
+
 /// Mechanical energy [J].
 struct Energy {
   double kinetic;
   double gravitational;  ///< 0 at the world's origin
   double elastic;        ///< stored in the joints, sum of q^T K_f q / 2
+  double rounding;       ///< what the sum may be off by
   [[nodiscard]] double total() const { return kinetic + gravitational + elastic; }
 };
 [[nodiscard]] Energy energy(const Model& model, const State& state);
