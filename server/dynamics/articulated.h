@@ -83,14 +83,15 @@ inline Articulated<T> eliminate(const Articulated<T>& own, const Gain& G, const 
           G * node.y - residual, own.b_linear - transposed_times(own.H, node.y)};
 }
 
-/// The same with G and r in the axes E of the joint's section; so is the node's factor then, for parent angular
-/// velocities in section axes and linear ones in world axes.
+/// The same with G and r in the axes of the joint's section; so is the node's factor then, for parent angular
+/// velocities in section axes and linear ones in world axes. Torques go to the world by E = axes, velocities by D =
+/// motion = E^-T.
 template <class T>
 inline Articulated<T> eliminate_in_section(Node<T>& node, const Sym3<T>& G, const Vec3<T>& residual) {
   const Articulated<T>& own = node.articulated;
   const Mat3<T>& E = node.axes;
-  const Mat3<T> Et = transposed(E);
-  const Articulated<T> turned{congruent(Et, own.A), Et * own.H, own.M, Et * own.b_angular, own.b_linear};
+  const Mat3<T> Dt = transposed(node.motion);
+  const Articulated<T> turned{congruent(Dt, own.A), Dt * own.H, own.M, Dt * own.b_angular, own.b_linear};
   const Articulated<T> up = eliminate(turned, G, residual, node);
   return {congruent(E, up.A), E * up.H, up.M, E * up.b_angular, up.b_linear};
 }

@@ -4,8 +4,10 @@
 #include <limits>
 
 #include "articulated.h"
+#include "creation_bound.h"
 #include "lane_transfer.h"
 #include "newton.h"
+#include "strain.h"
 
 /// The base step (step.h), generic in the scalar. Inlined whole into the functions of base_step.cpp, so that each is
 /// compiled once per instruction set.
@@ -33,14 +35,27 @@ inline void add_loads(const StepContext& context, const Plan<T>& plan, int slot,
   node.target_angular += scaled(torque, node.h);
 }
 
+/// The joints' strains and the axes that their laws are written in: those of the section; if the law differs between
+/// them, the ones in which velocities are the rates of the strain's rotation vector.
+template <class T>
+inline void update_strain(const Constants<T>& body, const Bodies<T>& now, const Mat3<T>& R, Node<T>& node) {
+  const Quat<T> elastic = conjugate(now.rest) * now.rotation;
+  node.strain = log_rotation(elastic);
+  node.axes = node.motion = R;
+  if (body.isotropic) return;
+  node.strain = rotate(conjugate(body.section), node.strain);
+  const StrainRate<T> rate = strain_rate(elastic, node.strain, body.anisotropic);
+  const Mat3<T> section = matrix(node.orientation * body.section);
+  node.axes = section * rate.B_transposed;
+  node.motion = section * rate.J;
+}
+
 /// The joints' laws over this step, linearised where the last step left them.
 template <class T>
 inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& now, Node<T>& node) {
   const T& h = node.h;
   node.law.gain = scaled(body.stiffness, h) + body.damping;
-  Vec3<T> strain = log_rotation(conjugate(now.rest) * now.rotation);
-  if (!body.isotropic) strain = rotate(conjugate(body.section), strain);
-  node.elastic_torque = times(body.stiffness, strain);
+  node.elastic_torque = times(body.stiffness, node.strain);
   node.elastic = true;
   node.linearized = elastic_return<T>();
   if (!body.flows) return;
@@ -70,7 +85,7 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   node.orientation = renormalized(parent * now.rotation);
   node.r = rotate(parent, body.anchor);
   const Mat3<T> R = matrix(node.orientation);
-  node.axes = body.isotropic ? R : matrix(node.orientation * body.section);
+  update_strain(body, now, R, node);
   node.c = R * body.com;
   node.u = R * body.u;
   node.v = R * body.v;
@@ -211,7 +226,7 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
   if (node.in_section) {
     const Vec3<T> W_S = transposed_times(node.axes, W);
     const Vec3<T> w_S = node.y + node.P * W_S - node.B * node.v_WB;
-    node.w_WB = node.axes * w_S;
+    node.w_WB = node.motion * w_S;
     node.w_PB = w_S - W_S;
   } else {
     node.w_WB = node.y + node.P * W - node.B * node.v_WB;
@@ -292,7 +307,18 @@ inline Vec3<T> flow_rate(const Node<T>& node, const Vec3<T>& trial, const Vec3<T
   return {rate(excess.x, a.x), rate(excess.y, a.y), rate(excess.z, a.z)};
 }
 
-/// Moves the rest rotations of the joints that flow, so that exp(q_f[n+1]) = exp(q_f[n]) exp(h w_f).
+/// The rotation from rest to which a joint moves with the velocity w: exp(q) exp(h w), or exp(q + h w) for the rate of
+/// an anisotropic joint's strain.
+template <class T>
+inline Quat<T> strained(const Constants<T>& body, const Bodies<T>& now, const Node<T>& node, const Vec3<T>& w) {
+  const Quat<T> elastic = conjugate(now.rest) * now.rotation;
+  if (body.isotropic) return elastic * math::exp_rotation(scaled(w, node.h));
+  const Vec3<T> turn = scaled(w, node.h);
+  const Quat<T> by_rate = math::exp_rotation(rotate(body.section, node.strain + turn));
+  return math::select(body.anisotropic > T(0.0), by_rate, elastic * math::exp_rotation(rotate(body.section, turn)));
+}
+
+/// Moves the rest rotations of the joints that flow, so that they are strained by the elastic part of the motion.
 template <class T>
 inline void flow(const StepContext& context, const Plan<T>& plan, const Node<T>& node, int slot, const Vec3<T>& torque,
                  const Vec3<T>& w_d, const Bodies<T>& now, Bodies<T>& next) {
@@ -302,8 +328,7 @@ inline void flow(const StepContext& context, const Plan<T>& plan, const Node<T>&
   const auto some = flowing && norm > T(0.0);
   next.flow = now.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
   add_work(context, plan, slot, &Work::flow, math::select(flowing, work, T(0.0)));
-  const Vec3<T> w_f = rotate(plan.constants[slot].section, node.w_PB - w_d);
-  const Quat<T> elastic = conjugate(now.rest) * now.rotation * math::exp_rotation(scaled(w_f, node.h));
+  const Quat<T> elastic = strained(plan.constants[slot], now, node, node.w_PB - w_d);
   next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), now.rest);
 }
 
@@ -328,14 +353,15 @@ inline T remaining_slack(const Node<T>& node) {
 /// Moves the configuration with the new velocities, the rest rotations with the flow, and keeps the new momenta.
 /// Returns 0, or NaN in a lane whose state is not finite.
 template <class T>
-inline T commit(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot) {
+inline T commit(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot,
+                BoundSums<T>& bound) {
   const Constants<T>& body = plan.constants[slot];
   const Node<T>& node = nodes[slot];
   const Bodies<T> now = read_bodies(context, plan, slot);
   Bodies<T> next = now;
   if (body.limited) next.limit_slack = remaining_slack(node);
-  const Vec3<T> turn = body.isotropic ? node.w_PB : rotate(body.section, node.w_PB);
-  next.rotation = renormalized(now.rotation * math::exp_rotation(scaled(turn, node.h)));
+  next.rotation = renormalized(body.isotropic ? now.rotation * math::exp_rotation(scaled(node.w_PB, node.h))
+                                              : now.rest * strained(body, now, node, node.w_PB));
   const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);
   next.linear_momentum = scaled(velocity, body.mass);
   next.angular_momentum =
@@ -350,10 +376,30 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   }
   add_work(context, plan, slot, &Work::viscous, T(node.h * dot(times(w_f, w_f), body.damping)));
   if (context.inputs->loads != nullptr) account_loads(context, plan, node, slot, velocity);
-  write_bodies(context, plan, slot, node, next, body.isotropic ? torque : rotate(body.section, torque));
+  add_to_bound(plan.bounds[slot], body, node, next.linear_momentum - now.linear_momentum, next.angular_momentum, w_f,
+               bound);
+  write_bodies(context, plan, slot, node, next,
+               body.isotropic ? torque : rotate(conjugate(node.orientation), node.axes * torque));
   const T sum = next.rotation.w + next.rest.w + dot(next.linear_momentum, next.linear_momentum) +
                 dot(next.angular_momentum, next.angular_momentum) + dot(torque, torque);
   return sum - sum;
+}
+
+/// Commits all slots; sets what the report says of the new state.
+template <class T>
+inline void commit_all(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                       SolveReport& report) {
+  measure_couplings(context, plan, nodes);
+  if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
+  T probe{};
+  BoundSums<T> bound;
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) probe = probe + commit(context, plan, nodes, slot, bound);
+  report.finite = math::all(probe == T(0.0));
+  if (context.copies.size() > 1 || report.constrained || context.inputs->loads != nullptr ||
+      !context.inputs->couplings.empty()) {
+    return;
+  }
+  report.dissipative = surely_dissipative(bound, context.copies[0].h, std::sqrt(dot(context.gravity, context.gravity)));
 }
 
 template <class T>
@@ -364,11 +410,7 @@ inline SolveReport base_step_of(const StepContext& context, const Plan<T>& plan,
   world.w_WB = world.v_WB = Vec3<T>{};
   for (int slot = 0; slot < slots; ++slot) update_kinematics(context, plan, nodes, slot);
   SolveReport report = solve(context, plan, nodes);
-  measure_couplings(context, plan, nodes);
-  if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
-  T probe{};
-  for (int slot = 0; slot < slots; ++slot) probe = probe + commit(context, plan, nodes, slot);
-  report.finite = math::all(probe == T(0.0));
+  commit_all(context, plan, nodes, report);
   return report;
 }
 

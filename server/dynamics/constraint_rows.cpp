@@ -10,6 +10,8 @@ namespace {
 
 using Kind = ConstraintBlock::Kind;
 
+constexpr double kAngle = 1.0;  // size of rotations [rad]
+
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
   Eigen::Matrix3d m;
   m << 0.0, -r.z(), r.y(), r.z(), 0.0, -r.x(), -r.y(), r.x(), 0.0;
@@ -94,7 +96,8 @@ ConstraintBlock contact_block(const PathTree& tree, const Contact& contact, int 
       .jacobian = {.a = side_at(contact.body_a, a.r, frame), .b = side_at(contact.body_b, b.r, -frame)},
       .directions = frame,
       .bias = -surface,
-      .compliance = Eigen::Vector3d::Zero()};
+      .compliance = Eigen::Vector3d::Zero(),
+      .reach = a.position.norm()};
   block.bias[0] += unilateral_bias(gap, h);
   return block;
 }
@@ -112,7 +115,8 @@ ConstraintBlock tie_block(const PathTree& tree, const Tie& tie, int index, doubl
           .jacobian = {.a = side_at(tie.body_a, a.r, axes), .b = side_at(tie.body_b, b.r, -axes)},
           .directions = axes,
           .bias = spring.bias,
-          .compliance = Eigen::Vector3d::Constant(spring.compliance)};
+          .compliance = Eigen::Vector3d::Constant(spring.compliance),
+          .reach = a.position.norm()};
 }
 
 ConstraintBlock tie_rotation_block(const PathTree& tree, const Tie& tie, int index, double h) {
@@ -128,7 +132,8 @@ ConstraintBlock tie_rotation_block(const PathTree& tree, const Tie& tie, int ind
           .jacobian = {.a = side_of_moment(tie.body_a, axes), .b = side_of_moment(tie.body_b, -axes)},
           .directions = axes,
           .bias = spring.bias,
-          .compliance = Eigen::Vector3d::Constant(spring.compliance)};
+          .compliance = Eigen::Vector3d::Constant(spring.compliance),
+          .reach = kAngle};
 }
 
 ConstraintBlock limit_block(const LimitedJoint& joint, int index, double h) {
@@ -143,7 +148,8 @@ ConstraintBlock limit_block(const LimitedJoint& joint, int index, double h) {
           .jacobian = {.a = {}, .b = {}, .joint = joint.body, .torque = torque},
           .directions = torque,
           .bias = {unilateral_bias(bound.gap, h), 0.0, 0.0},
-          .compliance = Eigen::Vector3d::Zero()};
+          .compliance = Eigen::Vector3d::Zero(),
+          .reach = kAngle};
 }
 
 }  // namespace layfigure::dynamics

@@ -21,11 +21,12 @@ struct ConstraintBlock {
   int rows;
   std::array<LcpRow, 3> laws;
   Jacobian jacobian;
-  Eigen::Matrix3d directions;                        ///< of the rows' impulses, world
-  Eigen::Vector3d bias;                              ///< b without the velocity
-  Eigen::Vector3d compliance;                        ///< S
-  bool active{false};                                ///< its rows are in the problem
-  int first{0};                                      ///< its first row there
+  Eigen::Matrix3d directions;  ///< of the rows' impulses, world
+  Eigen::Vector3d bias;        ///< b without the velocity
+  Eigen::Vector3d compliance;  ///< S
+  double reach;                ///< size of the positions, or of the angles, that the gap comes from
+  bool active{false};          ///< its rows are in the problem
+  int first{0};                ///< its first row there
   Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};  ///< lambda
   Eigen::Vector3d applied{Eigen::Vector3d::Zero()};  ///< what of it the factors hold
   Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};

@@ -14,6 +14,8 @@ using Kind = ConstraintBlock::Kind;
 // A row that the problem left out is taken in when it is violated by more than this [m/s] or [rad/s]: a picometre in
 // a millisecond.
 constexpr double kViolation = 1e-9;
+// Relative to a position's size: some additions of it along a path.
+constexpr double kPositionRounding = 1e-15;
 // Friction that uses this much of its cone slides.
 constexpr double kSliding = 1.0 - 1e-9;
 
@@ -121,7 +123,7 @@ void ConstraintSet::take_bounds(LimitedJoint& joint, const StepContext& context,
     if (joint.taken[index] || !std::isfinite(bound.gap)) continue;
     const Node<T>& node = nodes[plan.schedule.slot_of(copy, joint.body)];
     const int lane = plan.schedule.lane_of(copy, joint.body);
-    const Eigen::Vector3d w = lane_matrix(node.axes, lane) * math::lane(node.w_PB, lane);
+    const Eigen::Vector3d w = lane_matrix(node.motion, lane) * math::lane(node.w_PB, lane);
     if (bound.gap + h * bound.direction.dot(joint.axes.transpose() * w) >= 0.0) continue;
     joint.taken[index] = true;
     add(limit_block(joint, index, h), h);
@@ -137,8 +139,8 @@ Eigen::Vector3d ConstraintSet::row_velocity(const ConstraintBlock& block, const 
   const Jacobian& jacobian = block.jacobian;
   if (jacobian.joint >= 0) {
     const int slot = plan.schedule.slot_of(copy, jacobian.joint);
-    const Eigen::Matrix3d axes = lane_matrix(nodes[slot].axes, plan.schedule.lane_of(copy, jacobian.joint));
-    return jacobian.torque.transpose() * (axes * read(jacobian.joint, &Node<T>::w_PB));
+    const Eigen::Matrix3d motion = lane_matrix(nodes[slot].motion, plan.schedule.lane_of(copy, jacobian.joint));
+    return jacobian.torque.transpose() * (motion * read(jacobian.joint, &Node<T>::w_PB));
   }
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   for (const Jacobian::Side* side : {&jacobian.a, &jacobian.b}) {
@@ -194,6 +196,7 @@ void ConstraintSet::solve_rows() {
   }
   const Eigen::Map<Eigen::VectorXd> bias(bias_.data(), active_rows_);
   Eigen::Map<Eigen::VectorXd> impulses(impulses_.data(), active_rows_);
+  largest_speed_ = bias.cwiseAbs().maxCoeff();
   const LcpReport solved = solve_lcp(tree_.matrix(), bias, laws_, impulses, lcp_);
   report_.rows = active_rows_;
   if (solved.status != LcpStatus::kSolved) ++report_.unsolved;
@@ -263,7 +266,12 @@ void ConstraintSet::finish(const StepContext& context, const Plan<T>& plan, cons
   for (const ConstraintBlock& block : blocks_) {
     if (!block.active || block.impulse.isZero(0.0)) continue;
     const Eigen::Vector3d force = block.directions * block.impulse / run.h;
-    run.work.constraints -= block.impulse.dot(row_velocity(block, plan, nodes, copy));
+    const Eigen::Vector3d velocity = row_velocity(block, plan, nodes, copy);
+    run.work.constraints -= block.impulse.dot(velocity);
+    // The answer's velocities are those of the laws to a part of the largest one, and positions have the rounding of
+    // their size.
+    run.work.rounding +=
+        block.impulse.norm() * (kLcpTolerance * largest_speed_ + kPositionRounding * block.reach / run.h);
     memory_.push_back({.key = block.key, .force = force});
     ++report_.acting;
     if (block.kind == Kind::kContact) contact_forces_[block.source] = force;

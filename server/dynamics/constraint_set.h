@@ -80,6 +80,7 @@ class ConstraintSet {
   std::vector<LcpRow> laws_;
   std::vector<double> bias_;
   std::vector<double> impulses_;
+  double largest_speed_{0.0};  ///< among the rows' biases
   LcpWorkspace lcp_;
 
   std::vector<Eigen::Vector3d> contact_forces_;

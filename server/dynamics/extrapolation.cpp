@@ -23,11 +23,6 @@ constexpr double kErrorWeights[kMaxOrder][kMaxOrder] = {
     {-1.0 / 6, 2.0, -9.0 / 2, 8.0 / 3},
 };
 
-void take_loads(const Loads& loads, double time, Copy& copy) {
-  std::fill(copy.loads.begin(), copy.loads.end(), BodyForce{});
-  loads.add(time, copy.loads);
-}
-
 using Pack = math::Lanes4;
 using Runs = std::array<std::vector<BodyState>, kMaxOrder>;
 using Rotation = Eigen::Quaterniond BodyState::*;
@@ -78,6 +73,11 @@ double largest_correction(const Runs& runs, const double* weights, int order) {
 }
 
 }  // namespace
+
+void take_loads(const Loads& loads, double time, Copy& copy) {
+  std::fill(copy.loads.begin(), copy.loads.end(), BodyForce{});
+  loads.add(time, copy.loads);
+}
 
 StepReport make_runs(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
                      const Interval& interval, int order) {

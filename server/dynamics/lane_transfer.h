@@ -33,9 +33,9 @@ inline Eigen::Matrix3d lane_matrix(const Sym3<T>& m, int k) {
   return lane_matrix(math::full(m), k);
 }
 
-/// The member of each lane's parent; the world's where it has none.
-template <class T, class Value>
-inline Value of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Value Node<T>::*member) {
+/// The member of each lane's parent; the world's where it has none. `nodes` has an entry per slot and the world's.
+template <class T, class Entry, class Value>
+inline Value of_parents(const Plan<T>& plan, const std::vector<Entry>& nodes, int slot, Value Entry::*member) {
   const Schedule& schedule = plan.schedule;
   if (schedule.aligned(slot)) return nodes[schedule.parent_slot(slot)].*member;
   const Task* tasks = schedule.tasks(slot);
@@ -105,10 +105,11 @@ inline const BodyState& state_of(const StepContext& context, const Task& task) {
   return task.copy < 0 ? context.copies[0].from[0] : context.copies[task.copy].from[task.body];
 }
 
-template <class T>
-inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
+/// The bodies state(0), state(1), .. , one per lane.
+template <class T, class F>
+inline Bodies<T> gather_bodies(const F& state) {
   std::array<const BodyState*, kLanes<T>> states;
-  for (int k = 0; k < kLanes<T>; ++k) states[k] = &state_of(context, plan.schedule.tasks(slot)[k]);
+  for (int k = 0; k < kLanes<T>; ++k) states[k] = state(k);
   return {math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rotation; }),
           math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rest_rotation; }),
           math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->linear_momentum; }),
@@ -116,6 +117,12 @@ inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, in
           math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->trial_torque; }),
           math::from_lanes<T>([&](int k) { return states[k]->flow; }),
           math::from_lanes<T>([&](int k) { return states[k]->yield_scale; })};
+}
+
+template <class T>
+inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
+  const Task* tasks = plan.schedule.tasks(slot);
+  return gather_bodies<T>([&](int k) { return &state_of(context, tasks[k]); });
 }
 
 template <class T>

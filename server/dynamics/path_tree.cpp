@@ -30,9 +30,10 @@ void read_factor(const Constants<T>& constants, const Node<T>& source, PathNode&
   }
   const Eigen::Matrix3d gain = lane_matrix(gain_of(source), k);
   node.axes = source.in_section ? lane_matrix(source.axes, k) : Eigen::Matrix3d::Identity();
+  node.motion = source.in_section ? lane_matrix(source.motion, k) : Eigen::Matrix3d::Identity();
   node.G = gain;
-  node.A = node.axes.transpose() * A * node.axes;
-  node.H = node.axes.transpose() * H;
+  node.A = node.motion.transpose() * A * node.motion;
+  node.H = node.motion.transpose() * H;
   node.X = (node.A + node.G).inverse();
 }
 
@@ -98,7 +99,7 @@ void PathTree::add(const Jacobian& jacobian, int first, int count) {
   Climber q{.body = jacobian.b.body, .moment = jacobian.b.moment, .force = jacobian.b.force};
   if (jacobian.joint >= 0) {
     PathNode& node = nodes_[place_[jacobian.joint]];
-    const Eigen::Matrix3d effort = node.axes.transpose() * jacobian.torque;
+    const Eigen::Matrix3d effort = node.motion.transpose() * jacobian.torque;
     const Eigen::Matrix3d response = node.X * effort;
     cross(node, {.block = 0, .effort = effort, .response = response, .force = {}, .velocity = {}});
     p.body = node.parent;
@@ -129,7 +130,7 @@ void PathTree::climb(Climber& climber) {
           {.block = 0, .effort = climber.moment, .response = angular, .force = climber.force, .velocity = velocity});
     return;
   }
-  const Eigen::Matrix3d effort = node.axes.transpose() * climber.moment;
+  const Eigen::Matrix3d effort = node.motion.transpose() * climber.moment;
   const Eigen::Matrix3d response = node.X * effort;
   cross(node, {.block = 0, .effort = effort, .response = response, .force = {}, .velocity = {}});
   climber.force -= node.H.transpose() * response;

@@ -50,7 +50,8 @@ struct PathNode {
   Eigen::Quaterniond rotation;  ///< R_WB
   Eigen::Vector3d origin;       ///< p_WBo
   Eigen::Vector3d r;            ///< from the parent's origin
-  Eigen::Matrix3d axes;         ///< E: of the factor, columns in the world
+  Eigen::Matrix3d axes;         ///< E: of the factor's torques, columns in the world
+  Eigen::Matrix3d motion;       ///< D = E^-T: of its velocities
   Eigen::Matrix3d X, G, A, H;   ///< factor axes (H: rows)
   Eigen::Matrix3d X_linear;     ///< of a free root: M^-1
   std::vector<Effort> efforts;

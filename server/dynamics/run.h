@@ -37,6 +37,7 @@ struct Constants {
   T hardening;
   T free;          ///< 1 for a root that no joint holds
   T fixed;         ///< 1 for a root that is welded to the world
+  T anisotropic;   ///< 1 where the joint's law differs between the axes, 0 elsewhere
   bool roots;      ///< some lane is free or fixed
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits
@@ -60,9 +61,10 @@ struct Node {
   T h;  ///< length of the step
   // kinematics
   Quat<T> orientation;
-  Mat3<T> axes;  ///< of the joint's section
-  Vec3<T> r;     ///< from the parent's origin
-  Vec3<T> c;     ///< from the origin to the com
+  Mat3<T> axes;    ///< of the joint's section: a torque of the law is axes t, u = axes^T (w_WB - W) its velocity
+  Mat3<T> motion;  ///< the inverse of axes^T: w_WB - W = motion u
+  Vec3<T> r;       ///< from the parent's origin
+  Vec3<T> c;       ///< from the origin to the com
   Vec3<T> u;
   Vec3<T> v;
   // momenta that the bodies would have if nothing held them, about the com
@@ -78,8 +80,9 @@ struct Node {
   Vec3<T> v_WB;
   // joint law, section axes
   StepLaw<T> law;
+  Vec3<T> strain;          ///< q_f[n]
   Vec3<T> elastic_torque;  ///< K_f q_f[n]
-  Vec3<T> w_PB;            ///< relative to the parent
+  Vec3<T> w_PB;            ///< relative to the parent: an angular velocity, or the strain's rate if anisotropic
   Vec3<T> trial;           ///< s at which the law is linearised ...
   Return<T> linearized;    ///< ... and what it gave
   T slack;                 ///< the joint can turn by this before its limits matter [rad]
@@ -104,12 +107,16 @@ struct Copy {
   ConstraintSet* constraints{nullptr};     ///< its contacts, ties and limits
 };
 
+template <class T>
+struct BoundConstants;
+
 /// A schedule with the definitions in its layout.
 template <class T>
 struct Plan {
   Schedule schedule;
   std::vector<Constants<T>> constants;
-  std::vector<int> limited;  ///< the bodies whose joints have limits
+  std::vector<int> limited;               ///< the bodies whose joints have limits
+  std::vector<BoundConstants<T>> bounds;  ///< creation_bound.h
 };
 
 /// What every lane of a base step shares.
@@ -127,6 +134,7 @@ struct SolveReport {
   bool finite{true};
   bool converged{true};
   bool constrained{false};  ///< there were contacts, ties or limits to solve for
+  bool dissipative{false};  ///< a single copy under gravity alone surely created no energy
 };
 
 /// The part of the constraints in a base step, for all copies (constrain.cpp). `begin` makes the rows of the sub-step,
@@ -150,5 +158,16 @@ void accept_constraints(const StepContext& context, double fraction, bool first)
 SolveReport base_step(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes);
 SolveReport base_step(const StepContext& context, const Plan<math::Lanes4>& plan,
                       std::vector<Node<math::Lanes4>>& nodes);
+
+/// The largest rotation of a body in the world in the last base step [rad].
+double largest_turn(const Plan<double>& plan, const std::vector<Node<double>>& nodes);
+double largest_turn(const Plan<math::Lanes4>& plan, const std::vector<Node<math::Lanes4>>& nodes);
+
+/// Makes the last base step end a part of its way, with velocities that are smaller alike, without another solve. The
+/// copies' work is added to.
+SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes,
+                    double part);
+SolveReport shorten(const StepContext& context, const Plan<math::Lanes4>& plan, std::vector<Node<math::Lanes4>>& nodes,
+                    double part);
 
 }  // namespace layfigure::dynamics

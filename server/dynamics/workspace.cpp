@@ -1,10 +1,11 @@
 #include "workspace.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "axis_law.h"
+#include "creation_bound.h"
+#include "inertia.h"
 
 namespace layfigure::dynamics {
 namespace {
@@ -14,11 +15,8 @@ constexpr double kWorthwhileFill = 0.5;
 
 template <class T>
 void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& constants) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(body.inertia);
-  const Eigen::Vector3d moments = axes.eigenvalues().cwiseMax(kSmallestGyration * kSmallestGyration * body.mass).eval();
-  const auto dyad = [&](int axis) -> Eigen::Vector3d {
-    return axes.eigenvectors().col(axis) * std::sqrt(moments[axis] - moments[0]);
-  };
+  const auto [moments, axes] = principal_inertia(body);
+  const auto dyad = [&](int axis) -> Eigen::Vector3d { return axes.col(axis) * std::sqrt(moments[axis] - moments[0]); };
   const bool free = body.parent < 0 && root == RootKind::kFree;
   const bool fixed = body.parent < 0 && root == RootKind::kFixed;
   math::set_lane(constants.mass, k, body.mass);
@@ -39,6 +37,7 @@ void set_body(const BodyDefinition& body, RootKind root, int k, Constants<T>& co
   math::set_lane(constants.fixed, k, fixed ? 1.0 : 0.0);
   constants.roots = constants.roots || free || fixed;
   constants.flows = constants.flows || std::isfinite(law.yield_torque);
+  math::set_lane(constants.anisotropic, k, is_isotropic(law) ? 0.0 : 1.0);
   constants.isotropic = constants.isotropic && is_isotropic(law);
   constants.limited = constants.limited || (!free && !fixed && body.limits.any());
 }
@@ -47,7 +46,8 @@ template <class T>
 Plan<T> make_plan(const Model& model, int copies) {
   std::vector<int> parents;
   for (int i = 0; i < model.size(); ++i) parents.push_back(model.body(i).parent);
-  Plan<T> plan{.schedule = Schedule(parents, copies, math::LaneTraits<T>::kCount), .constants = {}, .limited = {}};
+  Plan<T> plan{
+      .schedule = Schedule(parents, copies, math::LaneTraits<T>::kCount), .constants = {}, .limited = {}, .bounds = {}};
   // An idle lane computes the motion of a unit ball that nothing reads.
   const BodyDefinition idle;
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
@@ -64,6 +64,7 @@ Plan<T> make_plan(const Model& model, int copies) {
     const bool jointed = model.body(i).parent >= 0 || model.root() == RootKind::kBall;
     if (jointed && model.body(i).limits.any()) plan.limited.push_back(i);
   }
+  plan.bounds = make_bound_constants<T>(model, plan.schedule);
   return plan;
 }
 
@@ -73,10 +74,12 @@ Workspace::Data::Data(const Model& model) {
   const int n = model.size();
   Plan<math::Lanes4> wide = make_plan<math::Lanes4>(model, 1);
   if (wide.schedule.size() * wide.schedule.lanes() * kWorthwhileFill <= n) {
+    records = make_balance_records<math::Lanes4>(model, wide.schedule);
     plans.push_back(std::move(wide));
   } else {
     narrow.emplace(make_plan<double>(model, 1));
     narrow_nodes.resize(n + 1);
+    narrow_records = make_balance_records<double>(model, narrow->schedule);
   }
   for (int count = 2; count <= kMaxOrder; ++count) plans.push_back(make_plan<math::Lanes4>(model, count));
   nodes.resize(plans.back().schedule.size() + 1);
@@ -97,6 +100,29 @@ SolveReport Workspace::Data::base_step(const StepContext& context) {
   const int count = static_cast<int>(context.copies.size());
   if (count == 1 && narrow) return dynamics::base_step(context, *narrow, narrow_nodes);
   return dynamics::base_step(context, plans[count - (narrow ? 2 : 1)], nodes);
+}
+
+double Workspace::Data::largest_turn() const {
+  return narrow ? dynamics::largest_turn(*narrow, narrow_nodes) : dynamics::largest_turn(plans[0], nodes);
+}
+
+SolveReport Workspace::Data::shorten(const StepContext& context, double part) {
+  if (narrow) return dynamics::shorten(context, *narrow, narrow_nodes, part);
+  return dynamics::shorten(context, plans[0], nodes, part);
+}
+
+Balance Workspace::Data::measure_balance(const StepContext& context) {
+  if (narrow) return dynamics::measure_balance(context, *narrow, narrow_nodes, narrow_records);
+  return dynamics::measure_balance(context, plans[0], nodes, records);
+}
+
+Workspace::Data::Turning Workspace::Data::turning_of(int body) const {
+  const auto of = [body](const Schedule& schedule, const auto& moved) -> Turning {
+    const auto& entry = moved[schedule.slot_of(0, body)];
+    const int lane = schedule.lane_of(0, body);
+    return {.spin = math::lane(entry.spin, lane), .added = math::lane(entry.turning, lane)};
+  };
+  return narrow ? of(narrow->schedule, narrow_records.moved) : of(plans[0].schedule, records.moved);
 }
 
 Workspace::Workspace(const Model& model) : data_(std::make_unique<Data>(model)) {}

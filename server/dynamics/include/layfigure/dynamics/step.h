@@ -57,24 +57,30 @@ struct StepOptions {
 
 enum class StepStatus {
   kOk,
-  kNotFinite,  ///< the state would not be finite; it was left as it was
+  kNotFinite,      ///< the state would not be finite; it was left as it was
+  kCreatesEnergy,  ///< no part of a base step could be made to keep the energy ledger; the state was left as it was
 };
 
-/// Energy that crossed the doll's border or was turned into heat in a step [J]. In a base step
+/// Energy that crossed the doll's border or was turned into heat in a step [J]: the ledger. A base step keeps
 ///     E[n+1] - E[n] <= input - viscous - flow - constraints
-/// up to terms of the second order in h, which the extrapolated orders reduce: what is missing is numerical damping.
+/// to rounding, which is Energy::rounding of both energies and `rounding`; what is missing is numerical damping.
+/// Forces do their work along the way that their points go, the springs of couplings by what they lose. The works of
+/// the extrapolated orders are those of their finest run, whose ways are taken straight.
 struct Work {
   double input{0.0};        ///< done on the doll by loads and couplings
   double viscous{0.0};      ///< lost in the joints' dampers D_f
   double flow{0.0};         ///< plastic work: lost in the joints' flow
   double constraints{0.0};  ///< taken by contacts, ties and limits, by friction mainly; negative where they push
+  double rounding{0.0};     ///< what rounding may have made of these in a base step
 };
 
 struct StepReport {
   StepStatus status{StepStatus::kOk};
-  int solves{0};         ///< O(n) solves, those of runs that go side by side counted once
-  int yielding{0};       ///< joints that flowed in the last sub-step
-  bool converged{true};  ///< every Newton iteration met its tolerance
+  int solves{0};           ///< O(n) solves, those of runs that go side by side counted once
+  int yielding{0};         ///< joints that flowed in the last sub-step
+  bool converged{true};    ///< every Newton iteration met its tolerance
+  int retries{0};          ///< parts of a base step that were made again at half their length
+  double taken_back{0.0};  ///< energy from nowhere that was taken back from the momenta in a base step [J]
   /// The runs of an order above 1 were combined. They are not where a contact, tie or limit acted in some of their
   /// sub-steps and not, or not in the same way, in others; the result is then that of the finest run, base steps of h /
   /// order.
@@ -113,11 +119,15 @@ class Workspace {
 ///     J^T (M J w - P[n] - h F) + h t(w) = 0,     q[n+1] = q[n] exp(h w),     P[n+1] = M J w
 /// where t(w) is the joint law (joint_law.h), implicit. It is the minimum of a convex function, found by Newton's
 /// method on the law's regimes with an O(n) articulated-body recursion for each linear solve. No velocity-product terms
-/// appear. Orders 2 to 4 extrapolate it (Aitken-Neville) over 1, 2, .. order sub-steps: momenta linearly, rotations by
-/// the log map about the finest run.
+/// appear. What the ways of the bodies curve away from their velocities in a step could create energy: a base step
+/// never does. Where it would, the excess is taken back from the momenta; where it is much, or the state would not be
+/// finite, the step is made in up to 8 shorter parts, and the shortest may end early on their way. Orders 2 to 4
+/// extrapolate it (Aitken-Neville) over 1, 2, .. order sub-steps: momenta linearly, rotations by the log map about the
+/// finest run.
 ///
-/// O(n) per solve; no heap allocation once `workspace` has seen as many couplings. Throws nothing. On a status other
-/// than kOk the state is unchanged. Not thread-safe for one workspace or state.
+/// O(n) per solve, a base step at most 15 of them and as many passes over the bodies again; no heap allocation once
+/// `workspace` has seen as many couplings. Throws nothing. On a status other than kOk the state is unchanged. Not
+/// thread-safe for one workspace or state.
 [[nodiscard]] StepReport step(const Model& model, State& state, Workspace& workspace, const Inputs& inputs,
                               const StepOptions& options);
 

@@ -65,6 +65,14 @@ inline T from_lanes(const F& f) {
   }
 }
 
+/// Sum over the lanes.
+template <class T>
+inline double total(const T& value) {
+  double sum = lane(value, 0);
+  for (int k = 1; k < LaneTraits<T>::kCount; ++k) sum += lane(value, k);
+  return sum;
+}
+
 inline bool any(bool mask) { return mask; }
 inline bool all(bool mask) { return mask; }
 inline bool any(const Mask4& mask) { return (mask.v[0] | mask.v[1] | mask.v[2] | mask.v[3]) != 0; }

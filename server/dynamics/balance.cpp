@@ -1,0 +1,248 @@
+#include "balance.h"
+
+#include "axis_law.h"
+#include "inertia.h"
+#include "kernel.h"
+#include "lane_transfer.h"
+
+namespace layfigure::dynamics {
+namespace {
+
+// A tenth of what Energy::rounding allows for two energies, so that a step that is measured to be in balance here is so
+// by any other order of summation as well.
+constexpr double kRounding = 0.1 * kEnergyRounding;
+constexpr double kStrainRounding = 0.1 * kAngleRounding;
+
+template <class T>
+struct Sums {
+  T gained{0.0};
+  T kinetic{0.0};
+  T turning{0.0};
+  T scale{0.0};   ///< sizes of the parts
+  T torque{0.0};  ///< of the springs
+};
+
+template <class T>
+inline T absolute(const T& x) {
+  return math::maximum(x, -x);
+}
+
+/// The state of the body in each lane after the step.
+template <class T>
+inline Bodies<T> read_moved_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
+  const BodyState* to = context.copies[0].to;
+  return gather_bodies<T>([&](int k) { return &to[std::max(plan.schedule.tasks(slot)[k].body, 0)]; });
+}
+
+/// How far the roots of a slot went.
+template <class T>
+inline Vec3<T> root_shift(const StepContext& context, const Plan<T>& plan, int slot) {
+  const Copy& copy = context.copies[0];
+  const auto shift = [&](int k, int axis) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.copy < 0 || task.parent_slot != plan.schedule.size()) return 0.0;
+    return copy.to[task.body].position[axis] - copy.from[task.body].position[axis];
+  };
+  return {math::from_lanes<T>([&](int k) { return shift(k, 0); }),
+          math::from_lanes<T>([&](int k) { return shift(k, 1); }),
+          math::from_lanes<T>([&](int k) { return shift(k, 2); })};
+}
+
+template <class T>
+inline T rotational_energy(const EnergyConstants<T>& body, const Quat<T>& orientation, const Vec3<T>& momentum) {
+  const Vec3<T> along = rotate(conjugate(orientation * body.principal), momentum);
+  return T(0.5) * dot(times(along, along), body.inverse_moments);
+}
+
+/// Poses after the step; returns how far the coms went.
+template <class T>
+inline Vec3<T> move(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot,
+                    const Bodies<T>& after, std::vector<Moved<T>>& all) {
+  const Constants<T>& body = plan.constants[slot];
+  Moved<T>& moved = all[slot];
+  const Quat<T> parent = of_parents(plan, all, slot, &Moved<T>::orientation);
+  moved.orientation = renormalized(parent * after.rotation);
+  moved.shift = of_parents(plan, all, slot, &Moved<T>::shift) + (rotate(parent, body.anchor) - nodes[slot].r);
+  if (body.roots) moved.shift += root_shift(context, plan, slot);
+  return moved.shift + (rotate(moved.orientation, body.com) - nodes[slot].c);
+}
+
+template <class T>
+inline void add_kinetic(const EnergyConstants<T>& body, const Node<T>& node, const Bodies<T>& before,
+                        const Bodies<T>& after, Moved<T>& moved, Sums<T>& sums) {
+  const T half_over_mass = T(0.5) * body.inverse_mass;
+  const T linear_before = half_over_mass * dot(before.linear_momentum, before.linear_momentum);
+  const T linear = half_over_mass * dot(after.linear_momentum, after.linear_momentum);
+  const T spin_before = rotational_energy(body, node.orientation, before.angular_momentum);
+  moved.spin = rotational_energy(body, moved.orientation, after.angular_momentum);
+  moved.turning = moved.spin - rotational_energy(body, node.orientation, after.angular_momentum);
+  const auto active = body.active > T(0.0);
+  const T zero(0.0);
+  sums.gained = sums.gained + math::select(active, (linear - linear_before) + (moved.spin - spin_before), zero);
+  sums.kinetic = sums.kinetic + math::select(active, linear + moved.spin, zero);
+  sums.turning = sums.turning + math::select(active, math::maximum(moved.turning, zero), zero);
+  sums.scale = sums.scale + math::select(active, linear_before + spin_before, zero);
+}
+
+template <class T>
+inline void add_elastic(const Constants<T>& body, const EnergyConstants<T>& energy, const Node<T>& node,
+                        const Bodies<T>& after, Sums<T>& sums) {
+  Vec3<T> strain = log_rotation(conjugate(after.rest) * after.rotation);
+  if (!body.isotropic) strain = rotate(conjugate(body.section), strain);
+  const Vec3<T> torque = times(body.stiffness, strain);
+  const Vec3<T>& t = node.elastic_torque;
+  const T elastic = T(0.5) * dot(torque, strain);
+  const T elastic_before = T(0.5) * dot(times(t, t), energy.compliance);
+  const auto active = energy.active > T(0.0);
+  const T zero(0.0);
+  sums.gained = sums.gained + math::select(active, elastic - elastic_before, zero);
+  sums.scale = sums.scale + math::select(active, elastic + elastic_before, zero);
+  const Vec3<T>& K = body.stiffness;
+  const T size = absolute(torque.x) + absolute(t.x) + absolute(torque.y) + absolute(t.y) + absolute(torque.z) +
+                 absolute(t.z) + kAngleRounding * (K.x + K.y + K.z);
+  sums.torque = sums.torque + math::select(active, size, zero);
+}
+
+template <class T>
+inline void add_gravity(const StepContext& context, const Constants<T>& body, const EnergyConstants<T>& energy,
+                        const Vec3<T>& shift, Sums<T>& sums) {
+  const Vec3<double>& g = context.gravity;
+  const T work = body.mass * (shift.x * g.x + shift.y * g.y + shift.z * g.z);
+  const auto active = energy.active > T(0.0);
+  sums.gained = sums.gained - math::select(active, work, T(0.0));
+  sums.scale = sums.scale + math::select(active, absolute(work), T(0.0));
+}
+
+/// The work of a torque is its angular impulse times the angular velocity; that of a force goes with the way, which is
+/// known to a part of `reach`.
+inline void add_work(const Copy& copy, const BodyForce& load, const Eigen::Vector3d& way, double reach,
+                     const Eigen::Vector3d& spin, Balance& balance) {
+  const double angular = copy.h * load.torque.dot(spin);
+  balance.input += load.force.dot(way) + angular;
+  balance.input_rounding += kRounding * (load.force.norm() * (reach + way.norm()) + std::abs(angular));
+}
+
+template <class T>
+inline void add_loads(const StepContext& context, const Plan<T>& plan, const Node<T>& node, int slot,
+                      const Vec3<T>& shift, const std::vector<double>& reach, Balance& balance) {
+  const Copy& copy = context.copies[0];
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.copy < 0) continue;
+    add_work(copy, copy.loads[task.body], lane(shift, k), reach[task.body], lane(node.w_WB, k), balance);
+  }
+}
+
+/// A coupling's spring does the work of its mean force along the way, which is what it loses. Its force at the end,
+/// had the held point moved straight on with its velocity v, is known:  mean = end + K (h v - (h v_target + way) / 2).
+template <class T>
+inline void add_couplings(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                          const BalanceRecords<T>& records, Balance& balance) {
+  const Copy& copy = context.copies[0];
+  for (std::size_t k = 0; k < context.inputs->couplings.size(); ++k) {
+    const Coupling& coupling = context.inputs->couplings[k];
+    const int slot = plan.schedule.slot_of(0, coupling.body);
+    const int index = plan.schedule.lane_of(0, coupling.body);
+    const Node<T>& node = nodes[slot];
+    const Eigen::Vector3d r = lane(node.orientation, index) * coupling.point;
+    const Moved<T>& moved = records.moved[slot];
+    const Eigen::Vector3d way = lane(moved.shift, index) + (lane(moved.orientation, index) * coupling.point - r);
+    const Eigen::Vector3d spin = lane(node.w_WB, index);
+    const Eigen::Vector3d ahead = copy.h * (lane(node.v_WB, index) + spin.cross(r));
+    BodyForce mean = copy.coupling_forces[k];
+    mean.force += coupling.stiffness * (ahead - 0.5 * (copy.h * coupling.target_velocity + way));
+    mean.torque += 0.5 * coupling.angular_stiffness * copy.h * (spin - coupling.target_angular_velocity);
+    add_work(copy, mean, way, records.reach[coupling.body] + r.norm(), spin, balance);
+  }
+}
+
+template <class T>
+inline Balance measure(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                       BalanceRecords<T>& records) {
+  const int slots = plan.schedule.size();
+  records.moved[slots].orientation = {T(1.0), T(0.0), T(0.0), T(0.0)};
+  records.moved[slots].shift = Vec3<T>{};
+  Sums<T> sums;
+  Balance balance;
+  for (int slot = 0; slot < slots; ++slot) {
+    const EnergyConstants<T>& energy = records.constants[slot];
+    const Bodies<T> before = read_bodies(context, plan, slot);
+    const Bodies<T> after = read_moved_bodies(context, plan, slot);
+    const Vec3<T> shift = move(context, plan, nodes, slot, after, records.moved);
+    add_kinetic(energy, nodes[slot], before, after, records.moved[slot], sums);
+    add_elastic(plan.constants[slot], energy, nodes[slot], after, sums);
+    add_gravity(context, plan.constants[slot], energy, shift, sums);
+    if (context.inputs->loads != nullptr) add_loads(context, plan, nodes[slot], slot, shift, records.reach, balance);
+  }
+  add_couplings(context, plan, nodes, records, balance);
+  balance.gained = math::total(sums.gained);
+  balance.kinetic = math::total(sums.kinetic);
+  balance.turning = math::total(sums.turning);
+  const double weights = records.weight_reach * std::sqrt(dot(context.gravity, context.gravity));
+  balance.rounding +=
+      kRounding * (math::total(sums.scale) + balance.kinetic + weights) + kStrainRounding * math::total(sums.torque);
+  return balance;
+}
+
+std::vector<double> reaches(const Model& model) {
+  std::vector<double> origin;
+  std::vector<double> reach;
+  for (int i = 0; i < model.size(); ++i) {
+    const BodyDefinition& body = model.body(i);
+    origin.push_back(body.parent < 0 ? 0.0 : origin[body.parent] + body.anchor.norm());
+    reach.push_back(origin.back() + body.com.norm());
+  }
+  return reach;
+}
+
+template <class T>
+void set_body(const BodyDefinition& body, int k, EnergyConstants<T>& constants) {
+  const PrincipalInertia inertia = principal_inertia(body);
+  const Eigen::Vector3d stiffness = axis_stiffness(body.joint);
+  set_lane(constants.principal, k, Eigen::Quaterniond(inertia.axes));
+  set_lane(constants.inverse_moments, k, inertia.moments.cwiseInverse());
+  for (int axis = 0; axis < 3; ++axis) {
+    const double compliance = stiffness[axis] > 0.0 ? 1.0 / stiffness[axis] : 0.0;
+    math::set_lane(axis == 0   ? constants.compliance.x
+                   : axis == 1 ? constants.compliance.y
+                               : constants.compliance.z,
+                   k, compliance);
+  }
+  math::set_lane(constants.inverse_mass, k, 1.0 / body.mass);
+}
+
+}  // namespace
+
+template <class T>
+BalanceRecords<T> make_balance_records(const Model& model, const Schedule& schedule) {
+  const BodyDefinition idle;
+  BalanceRecords<T> records;
+  records.constants.resize(schedule.size());
+  records.moved.resize(schedule.size() + 1);
+  records.reach = reaches(model);
+  for (int i = 0; i < model.size(); ++i) records.weight_reach += model.body(i).mass * records.reach[i];
+  for (int slot = 0; slot < schedule.size(); ++slot) {
+    for (int k = 0; k < schedule.lanes(); ++k) {
+      const Task& task = schedule.tasks(slot)[k];
+      set_body(task.copy < 0 ? idle : model.body(task.body), k, records.constants[slot]);
+      math::set_lane(records.constants[slot].active, k, task.copy < 0 ? 0.0 : 1.0);
+    }
+  }
+  return records;
+}
+template BalanceRecords<double> make_balance_records(const Model& model, const Schedule& schedule);
+template BalanceRecords<math::Lanes4> make_balance_records(const Model& model, const Schedule& schedule);
+
+LAYFIGURE_KERNEL
+Balance measure_balance(const StepContext& context, const Plan<double>& plan, const std::vector<Node<double>>& nodes,
+                        BalanceRecords<double>& records) {
+  return measure(context, plan, nodes, records);
+}
+
+LAYFIGURE_KERNEL
+Balance measure_balance(const StepContext& context, const Plan<math::Lanes4>& plan,
+                        const std::vector<Node<math::Lanes4>>& nodes, BalanceRecords<math::Lanes4>& records) {
+  return measure(context, plan, nodes, records);
+}
+
+}  // namespace layfigure::dynamics

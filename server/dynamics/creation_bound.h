@@ -1,0 +1,81 @@
+#pragma once
+
+#include <vector>
+
+#include "layfigure/dynamics/model.h"
+#include "run.h"
+
+/// A bound of the energy that a base step under gravity alone may create, that costs little beside the step.
+///
+/// With the projection's own loss |P' - P|^2 / 2 in the metric of the inverse masses, of which the linear momenta's
+/// part is cheap, and the loss h^2 u K u / 2 of the springs that are strained by the velocity u, a step has
+///     created <= G + T - h^2 sum u K u / 2 - sum |p' - p|^2 / (2 m)
+/// where G is what gravity does not do on the bodies' curved ways and T what the bodies gain by turning. Seen from the
+/// step's beginning a body turns by exp(h w) but for an angle of h^2 e,
+///     e <= sum over its joints up to the root of |w_rel| |w| / 2  (+ |u|^2 / 4 at an anisotropic joint),
+/// because |exp(a) exp(b) - exp(a + b)| <= |a x b| / 2. A link r of the doll's skeleton that carries the mass m then
+/// ends at most m |r| h^2 (w^2 / 2 + e) off the way of its velocity, and the body gains at most
+///     h^2 (|w x L| + h e |L|)^2 / (2 I_min) + h^2 e |w| |L|.
+namespace layfigure::dynamics {
+
+/// Constants of the bound, slot by slot; all 0 in an idle lane.
+template <class T>
+struct BoundConstants {
+  T inverse_mass;
+  T lever;             ///< sum over the links that turn with the body: mass carried times length [kg m]
+  T levers;            ///< sum of `lever` over the body and all behind it
+  T largest_moment;    ///< I_max
+  T inverse_smallest;  ///< 1 / I_min
+  T joint_weight;      ///< 1/2 where the body has a parent
+  T strain_weight;     ///< 1/4 where its joint is anisotropic
+};
+
+template <class T>
+struct BoundSums {
+  T linear_loss{0.0};  ///< sum |p' - p|^2 / m
+  T spring_loss{0.0};  ///< sum u K u
+  T levers{0.0};       ///< G / (h^2 |g|)
+  T angle{0.0};        ///< bound of every e
+  T spin{0.0};         ///< sum |w| |L|
+  T turning{0.0};      ///< sum |w x L|^2 / I_min
+  T momentum{0.0};     ///< sum |L|^2 / I_min
+  T noise{0.0};        ///< what rounding makes of stiff joints' work
+};
+
+/// Adds a slot's bodies: momenta p to p', L at the end, `u` the strain's rate.
+template <class T>
+inline void add_to_bound(const BoundConstants<T>& bound, const Constants<T>& body, const Node<T>& node,
+                         const Vec3<T>& change, const Vec3<T>& momentum, const Vec3<T>& u, BoundSums<T>& sums) {
+  const T w2 = dot(node.w_WB, node.w_WB);
+  const T relative2 = dot(node.w_PB, node.w_PB);
+  const T product = math::square_root(w2 * relative2);
+  const T angle = bound.joint_weight * product + bound.strain_weight * relative2;
+  const Vec3<T> gyration = cross(node.w_WB, momentum);
+  const Vec3<T>& a = node.law.gain;
+  sums.linear_loss = sums.linear_loss + bound.inverse_mass * dot(change, change);
+  sums.spring_loss = sums.spring_loss + dot(times(u, u), body.stiffness);
+  sums.levers = sums.levers + (T(0.5) * bound.lever * w2 + bound.levers * angle);
+  sums.angle = sums.angle + angle;
+  sums.spin = sums.spin + bound.largest_moment * w2;
+  sums.turning = sums.turning + bound.inverse_smallest * dot(gyration, gyration);
+  sums.momentum = sums.momentum + bound.inverse_smallest * dot(momentum, momentum);
+  sums.noise = sums.noise + (a.x + a.y + a.z) * product;
+}
+
+// Relative rounding of the torque of a stiff joint, whose velocity is a small difference of large ones.
+constexpr double kTorqueRounding = 1e-13;
+
+/// Whether a step of length h surely created nothing.
+template <class T>
+inline bool surely_dissipative(const BoundSums<T>& sums, double h, double gravity) {
+  const double angle = math::total(sums.angle);
+  const double created = gravity * math::total(sums.levers) + math::total(sums.turning) +
+                         h * h * angle * angle * math::total(sums.momentum) + angle * math::total(sums.spin);
+  const double lost = 0.5 * math::total(sums.linear_loss) + 0.5 * h * h * math::total(sums.spring_loss);
+  return h * h * created + kTorqueRounding * h * math::total(sums.noise) <= lost;
+}
+
+template <class T>
+[[nodiscard]] std::vector<BoundConstants<T>> make_bound_constants(const Model& model, const Schedule& schedule);
+
+}  // namespace layfigure::dynamics
