@@ -351,10 +351,10 @@ inline T remaining_slack(const Node<T>& node) {
 }
 
 /// Moves the configuration with the new velocities, the rest rotations with the flow, and keeps the new momenta.
-/// Returns 0, or NaN in a lane whose state is not finite.
+/// Returns 0, or NaN in a lane whose state is not finite. Adds to `bound` if there is one.
 template <class T>
 inline T commit(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot,
-                BoundSums<T>& bound) {
+                BoundSums<T>* bound) {
   const Constants<T>& body = plan.constants[slot];
   const Node<T>& node = nodes[slot];
   const Bodies<T> now = read_bodies(context, plan, slot);
@@ -376,8 +376,10 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   }
   add_work(context, plan, slot, &Work::viscous, T(node.h * dot(times(w_f, w_f), body.damping)));
   if (context.inputs->loads != nullptr) account_loads(context, plan, node, slot, velocity);
-  add_to_bound(plan.bounds[slot], body, node, next.linear_momentum - now.linear_momentum, next.angular_momentum, w_f,
-               bound);
+  if (bound != nullptr) {
+    add_to_bound(plan.bounds[slot], body, node, next.linear_momentum - now.linear_momentum, next.angular_momentum, w_f,
+                 *bound);
+  }
   write_bodies(context, plan, slot, node, next,
                body.isotropic ? torque : rotate(conjugate(node.orientation), node.axes * torque));
   const T sum = next.rotation.w + next.rest.w + dot(next.linear_momentum, next.linear_momentum) +
@@ -393,12 +395,13 @@ inline void commit_all(const StepContext& context, const Plan<T>& plan, const st
   if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
   T probe{};
   BoundSums<T> bound;
-  for (int slot = 0; slot < plan.schedule.size(); ++slot) probe = probe + commit(context, plan, nodes, slot, bound);
-  report.finite = math::all(probe == T(0.0));
-  if (context.copies.size() > 1 || report.constrained || context.inputs->loads != nullptr ||
-      !context.inputs->couplings.empty()) {
-    return;
+  const bool bounded = context.copies.size() == 1 && !report.constrained && context.inputs->loads == nullptr &&
+                       context.inputs->couplings.empty();
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    probe = probe + commit(context, plan, nodes, slot, bounded ? &bound : nullptr);
   }
+  report.finite = math::all(probe == T(0.0));
+  if (!bounded) return;
   report.dissipative = surely_dissipative(bound, context.copies[0].h, std::sqrt(dot(context.gravity, context.gravity)));
 }
 

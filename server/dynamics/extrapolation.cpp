@@ -8,20 +8,29 @@
 namespace layfigure::dynamics {
 namespace {
 
-// Aitken-Neville weights of the runs with 1, 2, .. order sub-steps: they cancel the error terms h, h^2, .. h^(order-1).
-constexpr double kWeights[kMaxOrder][kMaxOrder] = {
-    {1.0, 0.0, 0.0, 0.0},
-    {-1.0, 2.0, 0.0, 0.0},
-    {1.0 / 2, -4.0, 9.0 / 2, 0.0},
-    {-1.0 / 6, 4.0, -27.0 / 2, 32.0 / 3},
-};
-// Those of order p less those of order p - 1, which leaves out the first run.
-constexpr double kErrorWeights[kMaxOrder][kMaxOrder] = {
-    {0.0, 0.0, 0.0, 0.0},
-    {-1.0, 1.0, 0.0, 0.0},
-    {1.0 / 2, -2.0, 3.0 / 2, 0.0},
-    {-1.0 / 6, 2.0, -9.0 / 2, 8.0 / 3},
-};
+/// An entry for each run of an order, row order - 1.
+using Weights = std::array<std::array<double, kMaxOrder>, kMaxOrder>;
+
+/// n^(order - lowering) / product of (n - i) over the other runs i, for the runs of n = 1, 2, .. order sub-steps. Both
+/// parts are integers that a double holds, so each quotient is the nearest number to the exact one.
+constexpr Weights quotients(int lowering) {
+  Weights weights{};
+  for (int order = 1; order <= kMaxOrder; ++order) {
+    for (int n = 1; n <= order; ++n) {
+      double power = 1.0;
+      double product = 1.0;
+      for (int i = 0; i < order - lowering; ++i) power *= n;
+      for (int i = 1; i <= order; ++i) product *= i == n ? 1 : n - i;
+      weights[order - 1][n - 1] = power / product;
+    }
+  }
+  return weights;
+}
+
+// Aitken-Neville weights: they cancel the error terms h, h^2, .. h^(order - 1).
+constexpr Weights kWeights = quotients(1);
+// Those of order p less those of order p - 1 that leave out the first run.
+constexpr Weights kErrorWeights = quotients(2);
 
 using Pack = math::Lanes4;
 using Runs = std::array<std::vector<BodyState>, kMaxOrder>;
@@ -114,7 +123,7 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
 }
 
 void extrapolate(Workspace::Data& data, int order) {
-  const double* weights = kWeights[order - 1];
+  const double* weights = kWeights[order - 1].data();
   for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
     BodyState& body = data.runs[order - 1][i];
     body.limit_slack = 0.0;  // the slack was that of the finest run's rotations
@@ -128,7 +137,7 @@ void extrapolate(Workspace::Data& data, int order) {
     }
   }
   extrapolate_rotations(data.runs, &BodyState::rotation, weights, order);
-  extrapolate_rotations(data.runs, &BodyState::rest_rotation, weights, order);
+  if (data.flows) extrapolate_rotations(data.runs, &BodyState::rest_rotation, weights, order);
 }
 
 void take_result(Workspace::Data& data, int order, double length, State& state, StepReport& report) {
@@ -141,7 +150,7 @@ void take_result(Workspace::Data& data, int order, double length, State& state, 
 }
 
 double extrapolation_error(const Workspace::Data& data, int order) {
-  return largest_correction(data.runs, kErrorWeights[order - 1], order);
+  return largest_correction(data.runs, kErrorWeights[order - 1].data(), order);
 }
 
 }  // namespace layfigure::dynamics

@@ -84,6 +84,7 @@ Workspace::Data::Data(const Model& model) {
   for (int count = 2; count <= kMaxOrder; ++count) plans.push_back(make_plan<math::Lanes4>(model, count));
   nodes.resize(plans.back().schedule.size() + 1);
   const State start = initial_state(model);
+  for (int i = 0; i < n; ++i) flows = flows || std::isfinite(model.body(i).joint.yield_torque);
   for (int k = 0; k < kMaxOrder; ++k) {
     runs[k] = start.bodies;
     copies[k].loads.resize(n);

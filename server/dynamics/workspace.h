@@ -10,8 +10,6 @@
 
 namespace layfigure::dynamics {
 
-constexpr int kMaxOrder = 4;
-
 struct Workspace::Data {
   explicit Data(const Model& model);
 
@@ -40,7 +38,8 @@ struct Workspace::Data {
   std::array<std::vector<BodyState>, kMaxOrder> runs;
   std::array<Copy, kMaxOrder> copies;
   std::array<ConstraintSet, kMaxOrder> constraints;
-  int finest{0};  ///< copy of the last step whose coupling forces count
+  bool flows{false};  ///< some joint can flow
+  int finest{0};      ///< copy of the last step whose coupling forces count
 };
 
 }  // namespace layfigure::dynamics

@@ -92,7 +92,7 @@ TEST(Bench, BadUsage_Exits2) {
   EXPECT_EQ(bench("").exit_code, 2);
   EXPECT_EQ(bench("nothing").exit_code, 2);
   EXPECT_EQ(bench("work-precision --h 0.01").exit_code, 2);
-  EXPECT_EQ(bench("work-precision --scene " + kDoll + " --order 5 --h 0.01").exit_code, 2);
+  EXPECT_EQ(bench("work-precision --scene " + kDoll + " --order 7 --h 0.01").exit_code, 2);
   EXPECT_EQ(bench("work-precision --scene " + kDoll + " --h 0").exit_code, 2);
   EXPECT_EQ(bench("--help").exit_code, 0);
 }

@@ -47,7 +47,7 @@ void cost(const CostOptions& options) {
     std::printf("%s, %d bodies, %d runs of %d steps\n", scene.name.c_str(), model.size(), kRuns, kSteps);
     std::printf("%6s %12s %18s %10s %10s\n", "order", "us/step", "us/joint/solve", "min", "max");
   }
-  for (const int order : {1, 2, 3, 4}) {
+  for (int order = 1; order <= dynamics::kMaxOrder; ++order) {
     const Cost c = measure(scene, model, order);
     if (!options.json) {
       std::printf("%6d %12.3f %18.4f %10.4f %10.4f\n", c.order, c.us_per_step, c.us_per_solve, c.least, c.most);

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "layfigure/dynamics/step.h"
 #include "subjects.h"
 
 int main(int argc, char** argv) {
@@ -19,7 +20,9 @@ int main(int argc, char** argv) {
   // Newer CLI11 takes -h and --h for the same name.
   work->set_help_flag("--help", "Print this help message and exit");
   work->add_option("--scene", precision.scene, "scene file (JSON)")->required();
-  work->add_option("--order", precision.order, "convergence order")->check(CLI::Range(1, 4))->capture_default_str();
+  work->add_option("--order", precision.order, "convergence order")
+      ->check(CLI::Range(1, dynamics::kMaxOrder))
+      ->capture_default_str();
   work->add_option("--h", precision.h, "step lengths [s], separated by commas")
       ->delimiter(',')
       ->required()

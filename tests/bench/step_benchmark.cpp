@@ -26,7 +26,7 @@ void doll_52(benchmark::State& state) {
 }
 void chain_60(benchmark::State& state) { step_scene(state, testing::chain({.links = 60, .bend = 0.3})); }
 
-BENCHMARK(doll_52)->DenseRange(1, 4);
-BENCHMARK(chain_60)->DenseRange(1, 4);
+BENCHMARK(doll_52)->DenseRange(1, dynamics::kMaxOrder);
+BENCHMARK(chain_60)->DenseRange(1, dynamics::kMaxOrder);
 
 }  // namespace

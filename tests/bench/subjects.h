@@ -8,7 +8,7 @@ namespace layfigure::bench {
 
 struct WorkPrecisionOptions {
   std::string scene;      ///< path of a scene file
-  int order{1};           ///< 1 to 4
+  int order{1};           ///< 1 to 6
   std::vector<double> h;  ///< lengths of the steps to try [s]
   bool json{false};
 };

@@ -11,7 +11,8 @@ namespace {
 
 using testing::Scene;
 
-// The error shown in the table is that against order 4 with steps this much shorter than the shortest asked for.
+// The error shown in the table is that against the highest order with steps this much shorter than the shortest asked
+// for.
 constexpr int kReferenceFactor = 8;
 
 /// A row and where the joints' flow left their rest rotations.
@@ -46,7 +47,8 @@ nlohmann::ordered_json json_of(const Scene& scene, int order, const OwnRow& own)
 void print_table(const Scene& scene, const dynamics::Model& model, int order, const std::vector<OwnRow>& rows) {
   double shortest = rows.front().row.h;
   for (const OwnRow& own : rows) shortest = std::min(shortest, own.row.h);
-  const auto reference = testing::run_scene(scene, model, kReferenceFactor * steps_of(scene, shortest), 4);
+  const auto reference =
+      testing::run_scene(scene, model, kReferenceFactor * steps_of(scene, shortest), dynamics::kMaxOrder);
   std::printf("%s, %d bodies, %g s, order %d\n", scene.name.c_str(), model.size(), scene.duration, order);
   std::printf("%12s %8s %12s %12s %12s %7s\n", "h [s]", "steps", "CPU [ms]", "us/step", "error [m]", "finite");
   for (const auto& [row, rests] : rows) {

@@ -23,7 +23,7 @@ from layfigure_bench.programs import OWN, bullet_engine, own_engine
 from layfigure_bench.scenes import Scene, load, made_scenes, save
 
 STORED_SCENES = Path(__file__).resolve().parent.parent / "data" / "scenes"
-ORDERS = (1, 2, 3, 4)
+ORDERS = (1, 2, 3, 4, 5, 6)
 # Module of the peer, and the package that it needs.
 PYTHON_PEERS = {"mujoco_peer": "mujoco", "dart_peer": "dartpy"}
 

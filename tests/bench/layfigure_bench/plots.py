@@ -22,9 +22,11 @@ COLUMNS = 3
 # markers of their own too.
 STYLES = {
     "Layfigure order 1": {"color": "#9ecae1", "marker": "o"},
-    "Layfigure order 2": {"color": "#56a0d3", "marker": "o"},
-    "Layfigure order 3": {"color": "#2070b4", "marker": "o"},
-    "Layfigure order 4": {"color": "#08306b", "marker": "o"},
+    "Layfigure order 2": {"color": "#6baed6", "marker": "o"},
+    "Layfigure order 3": {"color": "#4292c6", "marker": "o"},
+    "Layfigure order 4": {"color": "#2171b5", "marker": "o"},
+    "Layfigure order 5": {"color": "#08519c", "marker": "o"},
+    "Layfigure order 6": {"color": "#08306b", "marker": "o"},
     "MuJoCo Euler": {"color": "#e69f00", "marker": "^"},
     "MuJoCo implicitfast": {"color": "#e69f00", "marker": "v"},
     "MuJoCo RK4": {"color": "#d55e00", "marker": "*"},

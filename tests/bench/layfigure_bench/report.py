@@ -73,7 +73,7 @@ def write_tables(results: Sequence[SceneResult], costs: Sequence[CostPoint], fol
 def scene_section(result: SceneResult) -> str:
     lines = [
         f"## {result.name}: {result.bodies} bodies, {result.duration:g} s\n",
-        f"Reference: order 4, h = {result.reference_h:.3g} s; halving the step last changed it by "
+        f"Reference: our highest order, h = {result.reference_h:.3g} s; halving the step last changed it by "
         f"{result.reference_change:.1e} m. Errors below {JUDGED:g} times that are not judged.\n",
         "| error [m] | Layfigure [ms] | by | best peer [ms] | by | ratio |",
         "|---|---|---|---|---|---|",

@@ -17,7 +17,7 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
   const Model model(scene.definition);
   const testing::Pulls pulls(scene.pulls);
   const Coupling coupling{.body = 4, .stiffness = 100.0, .damping = 1.0};
-  for (const int order : {1, 2, 3, 4}) {
+  for (int order = 1; order <= kMaxOrder; ++order) {
     State state = initial_state(model);
     Workspace workspace(model);
     const Inputs inputs{.loads = &pulls, .couplings = {&coupling, 1}};

@@ -14,7 +14,7 @@ struct AdvanceOptions {
 /// What the controller learnt, to go on with: pass it to the next advance().
 struct StepSize {
   double step{1e-3};  ///< h to try first [s], > 0
-  int order{2};       ///< 2 to 4
+  int order{2};       ///< 2 to kMaxOrder
 };
 
 struct AdvanceReport {
