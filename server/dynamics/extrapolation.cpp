@@ -112,6 +112,7 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
                                                .inputs = &inputs,
                                                .copies = active});
     report.solves += solved.solves;
+    report.run_solves += solved.solves * static_cast<int>(active.size());
     report.converged = report.converged && solved.converged;
     if (!solved.finite) report.status = StepStatus::kNotFinite;
   }

@@ -129,6 +129,7 @@ StepReport make_base_steps(const Model& model, const State& state, Workspace::Da
     if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time + begun + copy.h, copy);
     Attempt attempt = attempt_step(context, data);
     report.solves += attempt.solved.solves;
+    report.run_solves = report.solves;
     const bool shortest = halvings == kHalvings;
     const bool sound = keeps_ledger(data, attempt) && (attempt.solved.converged || shortest);
     if (sound || (shortest && shorten(context, data, attempt))) {
@@ -148,6 +149,13 @@ StepReport make_base_steps(const Model& model, const State& state, Workspace::Da
   copy.work = report.work;
   report.constraints = data.constraints[0].report();
   return report;
+}
+
+StepReport make_step(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
+                     const Interval& interval, int order) {
+  data.finest = order - 1;
+  return order > 1 ? make_runs(model, state, data, inputs, interval, order)
+                   : make_base_steps(model, state, data, inputs, interval);
 }
 
 }  // namespace layfigure::dynamics

@@ -28,4 +28,8 @@ namespace layfigure::dynamics {
 [[nodiscard]] StepReport make_base_steps(const Model& model, const State& state, Workspace::Data& data,
                                          const Inputs& inputs, const Interval& interval);
 
+/// What a step of this order is the result of: the runs that it extrapolates, or base steps.
+[[nodiscard]] StepReport make_step(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
+                                   const Interval& interval, int order);
+
 }  // namespace layfigure::dynamics

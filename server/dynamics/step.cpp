@@ -11,10 +11,7 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
   Workspace::Data& data = workspace.data();
   const int order = std::clamp(options.order, 1, kMaxOrder);
   data.reserve_couplings(inputs.couplings.size());
-  data.finest = order - 1;
-  const Interval whole{.offset = 0.0, .length = options.step};
-  StepReport report = order > 1 ? make_runs(model, state, data, inputs, whole, order)
-                                : make_base_steps(model, state, data, inputs, whole);
+  StepReport report = make_step(model, state, data, inputs, {.offset = 0.0, .length = options.step}, order);
   if (report.status != StepStatus::kOk) return report;
   if (report.extrapolated) extrapolate(data, order);
   take_result(data, order, options.step, state, report);

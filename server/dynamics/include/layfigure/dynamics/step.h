@@ -80,6 +80,7 @@ struct Work {
 struct StepReport {
   StepStatus status{StepStatus::kOk};
   int solves{0};           ///< O(n) solves, those of runs that go side by side counted once
+  int run_solves{0};       ///< the same, those of each run counted: what a step costs goes with them
   int yielding{0};         ///< joints that flowed in the last sub-step
   bool converged{true};    ///< every Newton iteration met its tolerance
   int retries{0};          ///< parts of a base step that were made again at half their length
