@@ -163,11 +163,11 @@ SolveReport base_step(const StepContext& context, const Plan<math::Lanes4>& plan
 double largest_turn(const Plan<double>& plan, const std::vector<Node<double>>& nodes);
 double largest_turn(const Plan<math::Lanes4>& plan, const std::vector<Node<math::Lanes4>>& nodes);
 
-/// Makes the last base step end a part of its way, with velocities that are smaller alike, without another solve. The
-/// copies' work is added to.
-SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes,
-                    double part);
+/// Makes the last base step end a part of its way, with velocities that are smaller alike, without another solve. Its
+/// rows, if it was `constrained`, keep their impulses. The copies' work is added to.
+SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes, double part,
+                    bool constrained);
 SolveReport shorten(const StepContext& context, const Plan<math::Lanes4>& plan, std::vector<Node<math::Lanes4>>& nodes,
-                    double part);
+                    double part, bool constrained);
 
 }  // namespace layfigure::dynamics

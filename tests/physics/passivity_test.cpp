@@ -196,6 +196,27 @@ TEST(Passivity, TeleportedHand_DrawsTheChainAndCreatesNothing) {
   }
 }
 
+TEST(Passivity, PullBeyondAllMeasureOutOfTheLimits_CreatesNothing) {
+  // The first joints begin beyond their limits, whose rows push with more than their share of the pull.
+  Scene scene = chain({.links = 6, .bend = 0.4, .stiffness = 100.0});
+  for (const int i : {0, 2}) {
+    JointLimits& limits = scene.definition.bodies[i].limits;
+    limits.reference = math::exp_rotation({0.5, -0.7, 0.4});
+    limits.twist_lower = -0.02;
+    limits.twist_upper = 0.01;
+    limits.swing_lower = {0.1, 0.03};
+    limits.swing_upper = {0.05, 0.1};
+  }
+  const Model model(scene.definition);
+  for (const double h : {4e-4, 3e-3, 5e-2}) {
+    for (const double force : {1e4, 1e6}) {
+      const ConstantForce pull(5, force * Eigen::Vector3d(0.2, -0.6, 0.8));
+      const Outcome end = run_steps(model, initial_state(model), {.loads = &pull}, h, 100);
+      EXPECT_LE(end.created, 0.0) << h << " s, " << force << " N";
+    }
+  }
+}
+
 TEST(Passivity, StepTooLong_IsMadeInShorterPartsAndSaysSo) {
   Scene scene = chain({.links = 6, .bend = 0.4});
   const Model model(scene.definition);
