@@ -130,7 +130,7 @@ void add(const StepReport& step, double error, AdvanceReport& report) {
 AdvanceReport advance(const Model& model, State& state, Workspace& workspace, const Inputs& inputs, double duration,
                       const AdvanceOptions& options, StepSize& size) {
   Workspace::Data& data = workspace.data();
-  data.reserve_couplings(inputs.couplings.size());
+  data.reserve(inputs);
   AdvanceReport report;
   Budget budget(options.most_solves);
   Experience last;

@@ -1,6 +1,7 @@
 #include "balance.h"
 
 #include "axis_law.h"
+#include "drives.h"
 #include "inertia.h"
 #include "kernel.h"
 #include "lane_transfer.h"
@@ -156,6 +157,21 @@ inline void add_couplings(const StepContext& context, const Plan<T>& plan, const
   }
 }
 
+/// A drive's torque goes with the turn of its joint, about an axis that turns with neither body. A stiff one's is a
+/// small difference of what its resistance makes of large velocities.
+template <class T>
+inline void add_drives(const StepContext& context, const std::vector<Node<T>>& nodes, Balance& balance) {
+  const Copy& copy = context.copies[0];
+  for (std::size_t k = 0; k < copy.drives.size(); ++k) {
+    const DriveTerms& drive = copy.drives[k];
+    const Eigen::Vector3d w = math::lane(relative_velocity(drive, nodes), 0);
+    const double spin = lane(nodes[drive.slot].w_WB, drive.lane).norm();
+    const double noise = copy.drive_torques[k].norm() + drive.share * drive.resistance * spin;
+    balance.input += copy.h * copy.drive_torques[k].dot(w);
+    balance.input_rounding += kRounding * copy.h * noise * w.norm();
+  }
+}
+
 template <class T>
 inline Balance measure(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
                        BalanceRecords<T>& records) {
@@ -175,6 +191,7 @@ inline Balance measure(const StepContext& context, const Plan<T>& plan, const st
     if (context.inputs->loads != nullptr) add_loads(context, plan, nodes[slot], slot, shift, records.reach, balance);
   }
   add_couplings(context, plan, nodes, records, balance);
+  add_drives(context, nodes, balance);
   balance.gained = math::total(sums.gained);
   balance.kinetic = math::total(sums.kinetic);
   balance.turning = math::total(sums.turning);

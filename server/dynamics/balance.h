@@ -37,7 +37,7 @@ struct BalanceRecords {
 /// [J]
 struct Balance {
   double gained{0.0};          ///< E after the step less E before
-  double input{0.0};           ///< work of loads and couplings along the way that the bodies went
+  double input{0.0};           ///< work of loads, couplings and drives along the way that the bodies went
   double kinetic{0.0};         ///< after the step
   double turning{0.0};         ///< sum of the positive parts of Moved::turning
   double rounding{0.0};        ///< what rounding may have made of `gained` ...

@@ -42,6 +42,7 @@ inline void update_strain(const Constants<T>& body, const Bodies<T>& now, const 
   const Quat<T> elastic = conjugate(now.rest) * now.rotation;
   node.strain = log_rotation(elastic);
   node.axes = node.motion = R;
+  node.driven = false;
   if (body.isotropic) return;
   node.strain = rotate(conjugate(body.section), node.strain);
   const StrainRate<T> rate = strain_rate(elastic, node.strain, body.anisotropic);
@@ -195,12 +196,13 @@ inline void update_roots(const Constants<T>& body, const Vec3<T>& W, Node<T>& no
   node.w_PB = math::select(free || fixed, transposed_times(node.axes, node.w_WB - W), node.w_PB);
 }
 
-/// h dt/dw of the linearised laws in section axes: diag(h share a) - h curvature (a u) (a u)^T.
+/// h dt/dw of the linearised laws in section axes: diag(h share a) - h curvature (a u) (a u)^T, and the drives'.
 template <class T>
 inline Sym3<T> gain_of(const Node<T>& node) {
   const Vec3<T> diagonal = scaled(times(node.linearized.share, node.law.gain), node.h);
   Sym3<T> G = math::dyad(T(-(node.h * node.linearized.curvature)), times(node.law.gain, node.linearized.u));
   G += Sym3<T>{diagonal.x, T(0.0), T(0.0), diagonal.y, T(0.0), diagonal.z};
+  if (node.driven) G += node.drive_gain;
   return G;
 }
 
@@ -209,8 +211,9 @@ inline Sym3<T> gain_of(const Node<T>& node) {
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   Node<T>& node = nodes[slot];
-  const Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
-  node.in_section = !(node.elastic && plan.constants[slot].isotropic);
+  Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
+  if (node.driven) residual += node.drive_residual;
+  node.in_section = node.driven || !(node.elastic && plan.constants[slot].isotropic);
   const auto up = node.in_section
                       ? eliminate_in_section(node, gain_of(node), residual)
                       : eliminate(node.articulated, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
@@ -283,10 +286,10 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
     report.constrained = find_velocities(context, plan, nodes, report.constrained);
     ++report.solves;
-    report.converged = all_laws_hold(context.law, plan, nodes, kNewtonTolerance);
+    report.converged = all_laws_hold(context, plan, nodes, kNewtonTolerance);
     if (report.converged) return report;
     if (report.solves >= kMaxNewtonIterations) {
-      report.converged = all_laws_hold(context.law, plan, nodes, kAcceptedTolerance);
+      report.converged = all_laws_hold(context, plan, nodes, kAcceptedTolerance);
       return report;
     }
     // Where the function does not fall any more, this is its minimum as far as rounding lets one see.
@@ -392,11 +395,13 @@ template <class T>
 inline void commit_all(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
                        SolveReport& report) {
   measure_couplings(context, plan, nodes);
+  measure_drives(context, nodes);
   if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
   T probe{};
   BoundSums<T> bound;
-  const bool bounded = context.copies.size() == 1 && !report.constrained && context.inputs->loads == nullptr &&
-                       context.inputs->couplings.empty();
+  const Inputs& inputs = *context.inputs;
+  const bool bounded = context.copies.size() == 1 && !report.constrained && inputs.loads == nullptr &&
+                       inputs.couplings.empty() && inputs.drives.empty();
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     probe = probe + commit(context, plan, nodes, slot, bounded ? &bound : nullptr);
   }
@@ -412,6 +417,7 @@ inline SolveReport base_step_of(const StepContext& context, const Plan<T>& plan,
   world.orientation = {T(1.0), T(0.0), T(0.0), T(0.0)};
   world.w_WB = world.v_WB = Vec3<T>{};
   for (int slot = 0; slot < slots; ++slot) update_kinematics(context, plan, nodes, slot);
+  begin_drives(context, plan, nodes);
   SolveReport report = solve(context, plan, nodes);
   commit_all(context, plan, nodes, report);
   return report;

@@ -67,11 +67,12 @@ inline void add_lane(const Articulated<T>& child, int child_lane, Articulated<T>
   for (std::size_t j = 0; j < sizeof(Articulated<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j * kLanes<T>];
 }
 
-template <class T>
-inline void add_lane(const Articulated<double>& child, Articulated<T>& parent, int parent_lane) {
-  const double* from = numbers<double>(child);
-  double* to = numbers<T>(parent) + parent_lane;
-  for (std::size_t j = 0; j < sizeof(Articulated<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j];
+/// Adds a value of one body in its lane.
+template <class T, template <class> class Value>
+inline void add_lane(const Value<double>& value, Value<T>& sum, int lane) {
+  const double* from = numbers<double>(value);
+  double* to = numbers<T>(sum) + lane;
+  for (std::size_t j = 0; j < sizeof(Value<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j];
 }
 
 template <class T>

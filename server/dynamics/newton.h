@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "drives.h"
 #include "layfigure/dynamics/joint_law.h"
 #include "run.h"
 
@@ -60,19 +61,21 @@ inline T tolerated(const Node<T>& node, const Vec3<T>& s, double tolerance) {
 }
 
 template <class T>
-inline bool all_laws_hold(FlowLaw law, const Plan<T>& plan, const std::vector<Node<T>>& nodes, double tolerance) {
+inline bool all_laws_hold(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                          double tolerance) {
+  const FlowLaw law = context.law;
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
     const Vec3<T> s = trial_torque(nodes[slot], nodes[slot].w_PB);
     const Vec3<T> error = law_torque(law, nodes[slot], s) - linearized_torque(nodes[slot], s);
     if (!math::all(dot(error, error) <= tolerated(nodes[slot], s, tolerance))) return false;
   }
-  return true;
+  return drives_hold(context, nodes, tolerance, kVelocityRounding);
 }
 
 /// Slope of the convex function at `lambda` of the way from the last iterate to the new solution, all copies together.
 /// Every part of the gradient but the laws is affine on that way, and the gradient vanishes but for joints that can
-/// flow, and where a constraint pushes.
+/// flow, for drives, and where a constraint pushes.
 template <class T>
 inline double slope_at(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
                        bool constrained, double lambda) {
@@ -88,7 +91,8 @@ inline double slope_at(const StepContext& context, const Plan<T>& plan, const st
     const Vec3<T> torque = law_torque(law, node, trial_torque(node, w));
     sum = sum + dot(affine + scaled(torque, node.h), d);
   }
-  double total = constrained ? constraint_slope(context, lambda) : 0.0;
+  double total = drive_slope(context, nodes, lambda);
+  if (constrained) total += constraint_slope(context, lambda);
   for (int k = 0; k < math::LaneTraits<T>::kCount; ++k) total += math::lane(sum, k);
   return total;
 }
@@ -129,6 +133,7 @@ inline bool accept_iterate(const StepContext& context, const Plan<T>& plan, std:
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
     linearize(context.law, trial_torque(node, node.iterate), node);
   }
+  accept_drives(context, nodes, lambda, iteration == 1);
   return true;
 }
 

@@ -85,7 +85,11 @@ struct Node {
   Vec3<T> w_PB;            ///< relative to the parent: an angular velocity, or the strain's rate if anisotropic
   Vec3<T> trial;           ///< s at which the law is linearised ...
   Return<T> linearized;    ///< ... and what it gave
-  T slack;                 ///< the joint can turn by this before its limits matter [rad]
+  // what drives add to the law: gain and residual, section axes
+  bool driven;
+  Sym3<T> drive_gain;
+  Vec3<T> drive_residual;
+  T slack;  ///< the joint can turn by this before its limits matter [rad]
   // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
   Vec3<T> iterate;
   Vec3<T> affine;
@@ -95,16 +99,35 @@ struct Node {
 
 class ConstraintSet;
 
+/// A drive (step.h) in a sub-step, world axes. Against the relative angular velocity w of its joint it exerts t: s
+/// shortened to the largest torque, with the trial torque s = resistance w - pull.
+struct DriveTerms {
+  int slot;
+  int lane;
+  double resistance;  ///< h K + B
+  Vec3<double> pull;  ///< K e + B w_target
+  double max_torque;
+  // linearised: t = share (s - direction direction^T (s - trial))
+  Vec3<double> trial;
+  Vec3<double> direction;  ///< of the trial torque; 0 where it is within the largest torque
+  double share;
+  // last accepted Newton iterate: w and affine part of the gradient
+  Vec3<double> iterate;
+  Vec3<double> affine;
+};
+
 /// One copy of the doll in a step: a run of its own with its own step length.
 struct Copy {
-  const BodyState* from{nullptr};          ///< the bodies before the sub-step ...
-  BodyState* to{nullptr};                  ///< ... and after it; may be the same
-  std::vector<BodyForce> loads;            ///< of the sub-step, one per body
-  std::vector<BodyForce> coupling_forces;  ///< of the sub-step, one per coupling
-  double h{0.0};                           ///< length of its sub-steps [s]
-  double offset{0.0};                      ///< of the sub-step from the step's beginning [s]
-  Work work;                               ///< of all its sub-steps
-  ConstraintSet* constraints{nullptr};     ///< its contacts, ties and limits
+  const BodyState* from{nullptr};              ///< the bodies before the sub-step ...
+  BodyState* to{nullptr};                      ///< ... and after it; may be the same
+  std::vector<BodyForce> loads;                ///< of the sub-step, one per body
+  std::vector<BodyForce> coupling_forces;      ///< of the sub-step, one per coupling
+  std::vector<DriveTerms> drives;              ///< of the sub-step, one per drive
+  std::vector<Eigen::Vector3d> drive_torques;  ///< of the sub-step, one per drive
+  double h{0.0};                               ///< length of its sub-steps [s]
+  double offset{0.0};                          ///< of the sub-step from the step's beginning [s]
+  Work work;                                   ///< of all its sub-steps
+  ConstraintSet* constraints{nullptr};         ///< its contacts, ties and limits
 };
 
 template <class T>

@@ -10,7 +10,7 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
                 const StepOptions& options) {
   Workspace::Data& data = workspace.data();
   const int order = std::clamp(options.order, 1, kMaxOrder);
-  data.reserve_couplings(inputs.couplings.size());
+  data.reserve(inputs);
   StepReport report = make_step(model, state, data, inputs, {.offset = 0.0, .length = options.step}, order);
   if (report.status != StepStatus::kOk) return report;
   if (report.extrapolated) extrapolate(data, order);

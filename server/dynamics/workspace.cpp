@@ -93,8 +93,12 @@ Workspace::Data::Data(const Model& model) {
   }
 }
 
-void Workspace::Data::reserve_couplings(std::size_t count) {
-  for (Copy& copy : copies) copy.coupling_forces.resize(count);
+void Workspace::Data::reserve(const Inputs& inputs) {
+  for (Copy& copy : copies) {
+    copy.coupling_forces.resize(inputs.couplings.size());
+    copy.drives.resize(inputs.drives.size());
+    copy.drive_torques.resize(inputs.drives.size());
+  }
 }
 
 SolveReport Workspace::Data::base_step(const StepContext& context) {
@@ -133,6 +137,10 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 const BodyForce& Workspace::coupling_force(int index) const {
   return data_->copies[data_->finest].coupling_forces[index];
+}
+
+const Eigen::Vector3d& Workspace::drive_torque(int index) const {
+  return data_->copies[data_->finest].drive_torques[index];
 }
 
 const Eigen::Vector3d& Workspace::contact_force(int index) const {

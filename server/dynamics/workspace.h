@@ -13,7 +13,7 @@ namespace layfigure::dynamics {
 struct Workspace::Data {
   explicit Data(const Model& model);
 
-  void reserve_couplings(std::size_t count);
+  void reserve(const Inputs& inputs);
 
   SolveReport base_step(const StepContext& context);
 

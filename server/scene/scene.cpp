@@ -157,6 +157,7 @@ std::span<const collision::ContactPoint> Scene::contacts() const { return data_-
 const Eigen::Vector3d& Scene::contact_force(int index) const { return data_->workspace.contact_force(index); }
 const dynamics::BodyForce& Scene::coupling_force(int index) const { return data_->workspace.coupling_force(index); }
 const dynamics::BodyForce& Scene::tie_force(int index) const { return data_->workspace.tie_force(index); }
+const Eigen::Vector3d& Scene::drive_torque(int index) const { return data_->workspace.drive_torque(index); }
 void Scene::forget() { data_->world.forget(); }
 
 }  // namespace layfigure::scene

@@ -40,7 +40,9 @@ TEST(Step, WithConstraintsThatItHasSeen_AllocatesNothing) {
   const State start = initial_state(model);
   const std::vector<Contact> contacts = testing::tree_contacts(model, start);
   const std::vector<Tie> ties = testing::tree_ties(model, start);
-  const Inputs inputs{.contacts = contacts, .ties = ties};
+  Drive drive{.body = 6, .stiffness = 20.0, .damping = 0.1, .max_torque = 0.1};
+  drive.target_velocity = {1.0, 0.0, 2.0};
+  const Inputs inputs{.contacts = contacts, .ties = ties, .drives = {&drive, 1}};
   for (const int order : {1, 4}) {
     Workspace workspace(model);
     State state = start;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -42,12 +43,35 @@ struct Coupling {
   Eigen::Vector3d target_angular_velocity{Eigen::Vector3d::Zero()};    ///< world [rad/s], constant through the step
 };
 
+/// Turns a joint towards a rotation, beside the joint's own law: a motor, a puppet's string, motion capture. With e the
+/// rotation vector from the joint's rotation to the target and w, w_target their angular velocities relative to the
+/// parent, the torque on the child is the spring-damper's
+///     d = K e[n+1] + B (w_target - w[n+1])  =  K e + B w_target - (h K + B) w,      e to the sub-step's end
+/// shortened to `max_torque` where it is longer, in whatever direction. This is the gradient of a convex function of w,
+/// so the step stays the minimum of one at any stiffness, and has no row: a drive is an addition to its joint's law.
+///
+/// It acts on the rotation R_PB, not on the rest rotation: the joint's spring pulls against it, and flows where that
+/// strains it beyond its yield torque. What the drive has turned so far stays when it lets go; less, and the joint
+/// springs back.
+struct Drive {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  int body{0};                   ///< behind the joint. A root that no joint holds is not driven
+  double stiffness{0.0};         ///< K [N m/rad], >= 0; what is above kRigidStiffness is taken as this
+  double damping{0.0};           ///< B [N m s/rad], >= 0
+  double max_torque{kInfinity};  ///< length of the torque at most [N m], >= 0
+  Eigen::Quaterniond target_rotation{Eigen::Quaterniond::Identity()};  ///< R_PB wanted, at the beginning of the step
+  Eigen::Vector3d target_velocity{Eigen::Vector3d::Zero()};  ///< angular, of the target relative to the parent and in
+                                                             ///< its axes [rad/s], constant through the step
+};
+
 /// What acts on the doll in a step beside gravity and its joints.
 struct Inputs {
   const Loads* loads{nullptr};
   std::span<const Coupling> couplings{};
   std::span<const Contact> contacts{};  ///< as they are at the beginning of the step
   std::span<const Tie> ties{};
+  std::span<const Drive> drives{};
 };
 
 /// The highest order. The combination magnifies rounding by the sum of its weights' sizes, 300 at order 6.
@@ -67,10 +91,11 @@ enum class StepStatus {
 /// Energy that crossed the doll's border or was turned into heat in a step [J]: the ledger. A base step keeps
 ///     E[n+1] - E[n] <= input - viscous - flow - constraints
 /// to rounding, which is Energy::rounding of both energies and `rounding`; what is missing is numerical damping.
-/// Forces do their work along the way that their points go, the springs of couplings by what they lose. The works of
-/// the extrapolated orders are those of their finest run, whose ways are taken straight.
+/// Forces do their work along the way that their points go, the springs of couplings by what they lose, drives with the
+/// torque of the step's end. The works of the extrapolated orders are those of their finest run, whose ways are taken
+/// straight.
 struct Work {
-  double input{0.0};        ///< done on the doll by loads and couplings
+  double input{0.0};        ///< done on the doll by loads, couplings and drives
   double viscous{0.0};      ///< lost in the joints' dampers D_f
   double flow{0.0};         ///< plastic work: lost in the joints' flow
   double constraints{0.0};  ///< taken by contacts, ties and limits, by friction mainly; negative where they push
@@ -104,6 +129,10 @@ class Workspace {
   /// What coupling `index` of the last step's inputs exerted on its body at the held point, world, at the step's end.
   [[nodiscard]] const BodyForce& coupling_force(int index) const;
 
+  /// What drive `index` of the last step's inputs exerted on its body, and the opposite on the parent, at the step's
+  /// end, world [N m].
+  [[nodiscard]] const Eigen::Vector3d& drive_torque(int index) const;
+
   /// What contact `index` of the last step's inputs exerted on its body a at the step's end, world [N].
   [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const;
   /// What tie `index` of the last step's inputs exerted on its body a at the held point at the step's end, world.
@@ -136,8 +165,8 @@ class Workspace {
 /// and 6 therefore pay for errors of 1e-5 m and less on a doll.
 ///
 /// O(n) per solve, a base step at most 15 of them and as many passes over the bodies again; no heap allocation once
-/// `workspace` has seen as many couplings. Throws nothing. On a status other than kOk the state is unchanged. Not
-/// thread-safe for one workspace or state.
+/// `workspace` has seen as many couplings and drives. Throws nothing. On a status other than kOk the state is
+/// unchanged. Not thread-safe for one workspace or state.
 [[nodiscard]] StepReport step(const Model& model, State& state, Workspace& workspace, const Inputs& inputs,
                               const StepOptions& options);
 

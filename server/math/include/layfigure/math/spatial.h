@@ -277,6 +277,11 @@ inline Quat<double> lane_of(const Quat<T>& q, int i) {
   return {lane(q.w, i), lane(q.x, i), lane(q.y, i), lane(q.z, i)};
 }
 template <class T>
+inline Mat3<double> lane_of(const Mat3<T>& m, int i) {
+  return {lane(m.xx, i), lane(m.xy, i), lane(m.xz, i), lane(m.yx, i), lane(m.yy, i),
+          lane(m.yz, i), lane(m.zx, i), lane(m.zy, i), lane(m.zz, i)};
+}
+template <class T>
 inline void set_lane(Vec3<T>& v, int i, const Eigen::Vector3d& value) {
   set_lane(v.x, i, value.x());
   set_lane(v.y, i, value.y());

@@ -55,6 +55,7 @@ class Scene {
   [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& coupling_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& tie_force(int index) const;
+  [[nodiscard]] const Eigen::Vector3d& drive_torque(int index) const;
 
   /// Drops what contacts remember from step to step: what follows depends on the state alone, bit for bit.
   void forget();
