@@ -199,6 +199,7 @@ void ConstraintSet::solve_rows() {
   largest_speed_ = bias.cwiseAbs().maxCoeff();
   const LcpReport solved = solve_lcp(tree_.matrix(), bias, laws_, impulses, lcp_);
   report_.rows = active_rows_;
+  report_.iterations = std::max(report_.iterations, solved.iterations);
   if (solved.status != LcpStatus::kSolved) ++report_.unsolved;
   if (solved.residual >= report_.residual) {
     report_.residual = solved.residual;

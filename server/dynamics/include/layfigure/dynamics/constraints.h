@@ -67,6 +67,7 @@ struct Tie {
 struct ConstraintReport {
   int rows{0};           ///< that were solved for, in the last sub-step
   int acting{0};         ///< contacts, ties and limits that exerted something then
+  int iterations{0};     ///< linear systems that the worst problem took (LcpReport::iterations)
   int unsolved{0};       ///< problems that were not solved to kLcpTolerance; their answers are bounded (lcp.h)
   double residual{0.0};  ///< largest relative complementarity residual
   LcpStatus status{LcpStatus::kSolved};  ///< of the problem of that residual
