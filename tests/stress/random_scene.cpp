@@ -1,11 +1,8 @@
 #include "random_scene.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <random>
-#include <sstream>
 
 #include "layfigure/math/rotation.h"
 
@@ -13,8 +10,6 @@ namespace layfigure::testing {
 namespace {
 
 using namespace dynamics;
-
-constexpr double kUnitTolerance = 1e-12;
 
 class Dice {
  public:
@@ -26,6 +21,7 @@ class Dice {
   }
   double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
   Eigen::Vector3d vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
+  Eigen::Quaterniond rotation(double size) { return math::exp_rotation(vector(size)); }
 
  private:
   std::mt19937_64 random_;
@@ -87,50 +83,125 @@ Coupling random_coupling(Dice& dice, int bodies) {
   return coupling;
 }
 
-class ConstantForces : public Loads {
- public:
-  explicit ConstantForces(const std::vector<BodyForce>& forces) : forces_(forces) {}
-  void add(double, std::span<BodyForce> forces) const override {
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-      forces[i].force += forces_[i].force;
-      forces[i].torque += forces_[i].torque;
+JointLimits random_limits(Dice& dice, const Eigen::Quaterniond& rotation) {
+  JointLimits limits;
+  limits.axes = dice.rotation(2.0);
+  // One in four starts beyond its limits.
+  limits.reference = dice.one_in(4) ? dice.rotation(2.0) : rotation;
+  if (!dice.one_in(3)) {
+    limits.twist_lower = -dice.log_uniform(1e-3, 2.0);
+    limits.twist_upper = dice.log_uniform(1e-3, 2.0);
+  }
+  if (!dice.one_in(3)) {
+    for (double* bound : {&limits.swing_lower[0], &limits.swing_lower[1], &limits.swing_upper[0]}) {
+      *bound = dice.log_uniform(1e-2, 3.0);
     }
+    limits.swing_upper[1] = dice.log_uniform(1e-2, 3.0);
   }
-
- private:
-  const std::vector<BodyForce>& forces_;
-};
-
-State start_of(const Model& model, const StressScene& scene) {
-  State state = initial_state(model);
-  std::vector<BodyPose> poses;
-  world_poses(model, state, poses);
-  for (int i = 0; i < model.size(); ++i) {
-    const Eigen::Matrix3d R = poses[i].rotation.toRotationMatrix();
-    state.bodies[i].angular_momentum = R * model.body(i).inertia * R.transpose() * scene.spins[i];
-  }
-  return state;
+  return limits;
 }
 
-std::string broken_rotation(const State& state) {
-  for (std::size_t i = 0; i < state.bodies.size(); ++i) {
-    const BodyState& body = state.bodies[i];
-    if (std::abs(body.rotation.norm() - 1.0) > kUnitTolerance) return "rotation of body " + std::to_string(i);
-    if (std::abs(body.rest_rotation.norm() - 1.0) > kUnitTolerance) return "rest of body " + std::to_string(i);
+Tie random_tie(Dice& dice, int bodies) {
+  Tie tie;
+  tie.body_a = dice.below(bodies);
+  tie.body_b = dice.one_in(2) ? kWorld : dice.below(bodies);
+  if (tie.body_b == tie.body_a) tie.body_b = kWorld;
+  tie.point_a = dice.vector(0.2);
+  tie.point_b = dice.vector(0.5);
+  if (dice.one_in(2)) {
+    tie.stiffness = dice.log_uniform(1.0, 1e7);
+    tie.damping = dice.log_uniform(0.1, 1e4);
   }
-  return "";
+  if (dice.one_in(2)) tie.max_force = dice.log_uniform(0.1, 1e4);
+  tie.holds_rotation = dice.one_in(2);
+  tie.rotation = dice.rotation(2.0);
+  if (dice.one_in(2)) {
+    tie.angular_stiffness = dice.log_uniform(1e-2, 1e5);
+    tie.angular_damping = dice.log_uniform(1e-3, 1e2);
+  }
+  if (dice.one_in(2)) tie.max_torque = dice.log_uniform(1e-2, 1e3);
+  return tie;
+}
+
+Drive random_drive(Dice& dice, int bodies) {
+  Drive drive;
+  drive.body = dice.below(bodies);
+  drive.stiffness = dice.one_in(6) ? 0.0 : dice.log_uniform(1e-2, 1e9);
+  drive.damping = dice.one_in(4) ? 0.0 : dice.log_uniform(1e-4, 1e3);
+  if (dice.one_in(2)) drive.max_torque = dice.one_in(8) ? 0.0 : dice.log_uniform(1e-3, 1e4);
+  drive.target_rotation = dice.rotation(3.0);
+  if (dice.one_in(3)) drive.target_velocity = dice.vector(dice.log_uniform(0.1, 1e2));
+  return drive;
+}
+
+collision::Shape random_shape(Dice& dice) {
+  const double size = dice.log_uniform(5e-3, 0.1);
+  switch (dice.below(3)) {
+    case 0:
+      return collision::Sphere{.radius = size};
+    case 1:
+      return collision::Capsule{.radius = size, .half_length = size * dice.uniform(0.0, 4.0)};
+    default: {
+      collision::ConvexHull hull;
+      for (int k = 4 + dice.below(9); k > 0; --k) hull.vertices.push_back(dice.vector(size));
+      return hull;
+    }
+  }
+}
+
+/// Shapes about the coms of some bodies, and mostly a floor: under the bodies, or through them.
+void add_shapes(Dice& dice, StressScene& scene) {
+  constexpr int kMostShapes = 6;
+  const auto& bodies = scene.definition.model.bodies;
+  for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
+    if (static_cast<int>(scene.definition.shapes.size()) == kMostShapes) break;
+    if (dice.one_in(2)) continue;
+    collision::ShapeDefinition shape;
+    shape.name = bodies[i].name;
+    shape.shape = random_shape(dice);
+    shape.body = i;
+    shape.X_BS = {.rotation = dice.rotation(2.0), .position = bodies[i].com};
+    shape.friction = dice.one_in(4) ? 0.0 : dice.uniform(0.0, 1.5);
+    scene.definition.shapes.push_back(shape);
+  }
+  if (dice.one_in(4)) return;
+  collision::ShapeDefinition floor;
+  floor.name = "floor";
+  floor.shape = collision::Plane{};
+  floor.X_BS.position.z() = -dice.uniform(0.2, 2.0);
+  scene.definition.shapes.push_back(floor);
+}
+
+/// What acts beside joints, loads and couplings.
+void add_rows(Dice& dice, StressScene& scene) {
+  const int bodies = static_cast<int>(scene.definition.model.bodies.size());
+  if (dice.one_in(4)) add_shapes(dice, scene);
+  if (dice.one_in(6)) {
+    for (int k = 1 + dice.below(3); k > 0; --k) scene.ties.push_back(random_tie(dice, bodies));
+  }
+  if (dice.one_in(3)) {
+    for (BodyDefinition& body : scene.definition.model.bodies) {
+      if (dice.one_in(2)) body.limits = random_limits(dice, body.rotation);
+    }
+  }
+  if (dice.one_in(3)) {
+    for (int k = 1 + dice.below(4); k > 0; --k) scene.drives.push_back(random_drive(dice, bodies));
+  }
+  if (dice.one_in(3)) scene.softness = dice.one_in(4) ? 0.0 : dice.log_uniform(1e-3, 1e3);
 }
 
 }  // namespace
 
 StressScene random_scene(std::uint64_t seed) {
   Dice dice(seed);
-  StressScene scene{.seed = seed, .definition = {}, .spins = {}, .forces = {}, .couplings = {}};
+  StressScene scene;
+  scene.seed = seed;
+  ModelDefinition& model = scene.definition.model;
   const int bodies = 1 + dice.below(24);
-  for (int i = 0; i < bodies; ++i) scene.definition.bodies.push_back(random_body(dice, i));
-  scene.definition.law = dice.one_in(2) ? FlowLaw::kPaper : FlowLaw::kOverstress;
-  scene.definition.root = std::array{RootKind::kBall, RootKind::kFree, RootKind::kFixed}[dice.below(3)];
-  if (dice.one_in(4)) scene.definition.gravity.setZero();
+  for (int i = 0; i < bodies; ++i) model.bodies.push_back(random_body(dice, i));
+  model.law = dice.one_in(2) ? FlowLaw::kPaper : FlowLaw::kOverstress;
+  model.root = std::array{RootKind::kBall, RootKind::kFree, RootKind::kFixed}[dice.below(3)];
+  if (dice.one_in(4)) model.gravity.setZero();
   scene.h = dice.log_uniform(1e-5, 0.1);
   scene.order = dice.one_in(4) ? 1 + dice.below(4) : 1;
   scene.spins.assign(bodies, Eigen::Vector3d::Zero());
@@ -139,82 +210,8 @@ StressScene random_scene(std::uint64_t seed) {
   if (dice.one_in(3)) scene.forces[dice.below(bodies)].force = dice.vector(dice.log_uniform(1.0, 1e6));
   for (int k = dice.below(3); k > 0; --k) scene.couplings.push_back(random_coupling(dice, bodies));
   if (dice.one_in(3)) scene.teleport = dice.vector(10.0);
+  add_rows(dice, scene);
   return scene;
-}
-
-std::string failure_of(const StressScene& scene) {
-  const Model model(scene.definition);
-  State state = start_of(model, scene);
-  Workspace workspace(model);
-  const ConstantForces loads(scene.forces);
-  std::vector<Coupling> couplings = scene.couplings;
-  for (int k = 0; k < scene.steps; ++k) {
-    if (2 * k == scene.steps) {
-      for (Coupling& coupling : couplings) coupling.target_position += scene.teleport;
-    }
-    const StepReport report = step(model, state, workspace, {.loads = &loads, .couplings = couplings},
-                                   {.step = scene.h, .order = scene.order});
-    const std::string where = " in step " + std::to_string(k);
-    if (report.status != StepStatus::kOk) return "not finite" + where;
-    if (!report.converged) return "Newton did not converge" + where;
-    if (const std::string broken = broken_rotation(state); !broken.empty()) return broken + " is not unit" + where;
-    if (!std::isfinite(energy(model, state).total())) return "energy not finite" + where;
-  }
-  return "";
-}
-
-StressScene shrink(StressScene scene) {
-  const auto try_change = [&](auto change) {
-    StressScene smaller = scene;
-    change(smaller);
-    if (failure_of(smaller).empty()) return false;
-    scene = std::move(smaller);
-    return true;
-  };
-  const auto drop_last_body = [](StressScene& s) {
-    if (s.definition.bodies.size() < 2) return;
-    s.definition.bodies.pop_back();
-    s.spins.pop_back();
-    s.forces.pop_back();
-    const int left = static_cast<int>(s.definition.bodies.size());
-    std::erase_if(s.couplings, [left](const Coupling& c) { return c.body >= left; });
-  };
-  while (scene.definition.bodies.size() > 1 && try_change(drop_last_body)) {
-  }
-  try_change([](StressScene& s) { s.couplings.clear(); });
-  try_change([](StressScene& s) { s.order = 1; });
-  try_change([](StressScene& s) { s.definition.gravity.setZero(); });
-  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
-    try_change([i](StressScene& s) { s.forces[i] = {}; });
-    try_change([i](StressScene& s) { s.spins[i].setZero(); });
-    try_change([i](StressScene& s) { s.definition.bodies[i].joint.shape = {}; });
-    try_change([i](StressScene& s) { s.definition.bodies[i].joint.hardening = 0.0; });
-  }
-  while (scene.steps > 1 && try_change([](StressScene& s) { --s.steps; })) {
-  }
-  return scene;
-}
-
-void write_report(const StressScene& scene, const std::string& path) {
-  std::ofstream out(path);
-  out.precision(17);
-  const Eigen::IOFormat row(Eigen::FullPrecision, Eigen::DontAlignCols, " ", " ");
-  out << "seed " << scene.seed << "\nfails: " << failure_of(scene) << "\nh " << scene.h << " steps " << scene.steps
-      << " order " << scene.order << " law " << static_cast<int>(scene.definition.law) << " root "
-      << static_cast<int>(scene.definition.root) << "\n";
-  for (std::size_t i = 0; i < scene.definition.bodies.size(); ++i) {
-    const BodyDefinition& b = scene.definition.bodies[i];
-    out << "body " << i << " parent " << b.parent << " mass " << b.mass << " anchor " << b.anchor.format(row) << " com "
-        << b.com.format(row) << "\n  inertia " << b.inertia.format(row) << "\n  K " << b.joint.stiffness << " D_f "
-        << b.joint.damping << " D_d " << b.joint.flow_damping << " t_y " << b.joint.yield_torque << " H "
-        << b.joint.hardening << " locked " << b.joint.shape.locked[0] << b.joint.shape.locked[1]
-        << b.joint.shape.locked[2] << "\n  spin " << scene.spins[i].format(row) << " force "
-        << scene.forces[i].force.format(row) << "\n";
-  }
-  for (const Coupling& c : scene.couplings) {
-    out << "coupling body " << c.body << " K " << c.stiffness << " D " << c.damping << " angular K "
-        << c.angular_stiffness << "\n";
-  }
 }
 
 }  // namespace layfigure::testing

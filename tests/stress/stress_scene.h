@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "layfigure/scene/scene.h"
+
+namespace layfigure::testing {
+
+/// A scene and what is done to it. Copies, files and shrinking keep all of it.
+struct StressScene {
+  std::uint64_t seed{0};
+  scene::SceneDefinition definition;
+  std::vector<Eigen::Vector3d> spins;                 ///< angular velocity of each body at the start [rad/s]
+  std::vector<dynamics::BodyForce> forces;            ///< constant, one per body
+  std::vector<dynamics::Coupling> couplings;          ///< their targets jump by `teleport` half way
+  Eigen::Vector3d teleport{Eigen::Vector3d::Zero()};  ///< [m]
+  std::vector<dynamics::Tie> ties;
+  std::vector<dynamics::Drive> drives;
+  double softness{1.0};  ///< scales all yield torques from a third of the way on
+  double h{1e-3};        ///< [s]
+  int steps{12};
+  int order{1};
+};
+
+}  // namespace layfigure::testing
