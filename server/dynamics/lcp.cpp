@@ -129,13 +129,20 @@ LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& delassus, const Eig
   const int n = static_cast<int>(rows.size());
   assert(delassus.rows() == n && delassus.cols() == n && bias.size() == n && lambda.size() == n);
   if (n == 0) return {};
+  constexpr LcpReport kRefusal{
+      .status = LcpStatus::kInvalid, .residual = LcpRow::kInfinity, .worst_row = 0, .iterations = 0};
   if (!lcp::set_up(delassus, bias, rows, solver.problem)) {
     lambda.setZero();
-    return {.status = LcpStatus::kInvalid, .residual = LcpRow::kInfinity, .worst_row = 0, .iterations = 0};
+    return kRefusal;
   }
   load_start(lambda, solver);
   const LcpStatus status = solve(solver);
   store_answer(solver, rows, lambda);
+  // Where rounding made the matrix of very stiff joints negative there may be no answer at all.
+  if (!lambda.allFinite()) {
+    lambda.setZero();
+    return kRefusal;
+  }
   return {.status = status,
           .residual = solver.best_residual.value,
           .worst_row = solver.best_residual.row,

@@ -253,6 +253,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, LcpInvalid,
     ::testing::Values(Invalid{"matrix is NaN", single(kNaN, 1.0, LcpRow::equality())},
                       Invalid{"matrix is infinite", single(kInfinity, 1.0, LcpRow::equality())},
+                      Invalid{"matrix is negative", single(-1e3, -1.0, LcpRow::unilateral())},
                       Invalid{"bias is NaN", single(1.0, kNaN, LcpRow::equality())},
                       Invalid{"bias is infinite", single(1.0, -kInfinity, LcpRow::unilateral())},
                       Invalid{"bounds are crossed", single(1.0, 1.0, LcpRow::box(1.0, 0.0))},

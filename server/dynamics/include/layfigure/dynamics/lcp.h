@@ -69,7 +69,8 @@ enum class LcpStatus {
   kSolved,          ///< the residual is at most kLcpTolerance
   kInfeasible,      ///< the rows contradict each other: a compliant answer
   kIterationLimit,  ///< the best iterate
-  kInvalid,         ///< NaN or infinity in A or b, or rows that are no laws: lambda is zero
+  kInvalid,         ///< NaN or infinity in A or b, rows that are no laws, or A so negative that no finite answer was
+                    ///< found: lambda is zero
 };
 
 /// Relative complementarity residual at which a problem counts as solved.
