@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "cpu_clock.h"
 #include "ledger_check.h"
 #include "stress_checks.h"
 
@@ -64,9 +65,14 @@ class Run {
     change_inputs(index);
     const State before = state_;
     const Inputs inputs{.loads = &loads_, .couplings = couplings_, .ties = scene_.ties, .drives = scene_.drives};
+    const double start = thread_cpu_seconds();
     const StepReport report = stepper_.step(state_, inputs, {.step = scene_.h, .order = scene_.order}).step;
+    outcome.cpu_seconds += thread_cpu_seconds() - start;
+    ++outcome.steps;
     if (report.status == StepStatus::kNotFinite) return "not finite";
     if (report.status != StepStatus::kOk) return "creates energy";
+    outcome.retried += report.retries > 0 ? 1 : 0;
+    outcome.taken_back += report.taken_back > 0.0 ? 1 : 0;
     outcome.unconverged += report.converged ? 0 : 1;
     outcome.unsolved += report.constraints.unsolved;
     return check(before, report);

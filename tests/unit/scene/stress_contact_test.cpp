@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "scene_fixture.h"
+#include "touching_scenes.h"
 
 namespace layfigure::testing {
 namespace {

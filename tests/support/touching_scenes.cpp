@@ -1,4 +1,4 @@
-#include "scene_fixture.h"
+#include "touching_scenes.h"
 
 #include <algorithm>
 #include <cmath>
