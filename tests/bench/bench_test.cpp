@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -76,6 +78,61 @@ TEST(BulletPeer, MissingScene_SaysSoAndExits1) {
   EXPECT_EQ(outcome.output, "bullet_peer: nowhere.json: cannot be read\n");
 }
 
+/// The figures that a subject prints, by name.
+std::map<std::string, nlohmann::json> figures(const std::string& arguments) {
+  const Outcome outcome = bench(arguments + " --json");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  std::map<std::string, nlohmann::json> figures;
+  for (const auto& figure : nlohmann::json::parse(outcome.output)) {
+    const std::string name = figure.at("name");
+    EXPECT_TRUE(figure.at("value").is_number()) << name;
+    EXPECT_TRUE(figure.at("unit").is_string()) << name;
+    EXPECT_TRUE(figure.at("holds").is_boolean()) << name;
+    EXPECT_TRUE(figure.at("target").is_null() || figure["target"].is_number()) << name;
+    EXPECT_EQ(figure["holds"], figure["target"].is_null() || figure["value"] <= figure["target"]) << name;
+    figures[name] = figure;
+  }
+  return figures;
+}
+
+TEST(Bench, CostJson_HasEveryOrder) {
+  const auto costs = figures("cost --scene \"" + std::string(LAYFIGURE_TEST_DATA) + "/scenes/chain-20.json\"");
+  for (const char* order : {"1", "2", "3", "4"}) {
+    const std::string name = std::string("chain-20 order ") + order;
+    EXPECT_GT(costs.at(name + " step").at("value"), costs.at(name + " per joint and solve").at("value"));
+    EXPECT_LE(costs.at(name + " step, least of the runs").at("value"), costs.at(name + " step").at("value"));
+  }
+}
+
+TEST(Bench, ContactJson_ProblemsAreSolvedColdAndWarmBesideBullet) {
+  const auto contacts = figures("contact --rows 12");
+  for (const char* start : {"cold", "warm"}) {
+    const std::string name = std::string("stack of 1, friction, 12 rows, ") + start;
+    EXPECT_GT(contacts.at(name).at("value"), 0.0);
+    EXPECT_EQ(contacts.at(name + ": residual").at("target"), 1e-10);
+    EXPECT_EQ(contacts.at(name + ": residual").at("holds"), true);
+  }
+  EXPECT_GE(contacts.at("stack of 1, friction, 12 rows, cold: iterations").at("value"), 1);
+  EXPECT_EQ(contacts.at("stack of 1, friction, 12 rows, warm: iterations").at("value"), 0);
+  EXPECT_LE(contacts.at("ball, frictionless, 1 row, Bullet Dantzig: residual").at("value"), 1e-5);
+  EXPECT_GT(contacts.at("ball, base step: with contacts / without").at("value"), 1.0);
+}
+
+TEST(Bench, StressJson_SharesAreShares) {
+  const auto shares = figures("stress --scenes 30");
+  EXPECT_EQ(shares.at("random scenes").at("value"), 30);
+  EXPECT_EQ(shares.at("scenes that failed").at("holds"), true);
+  EXPECT_GT(shares.at("share of steps made again in shorter parts").at("value"), 0.0);
+  EXPECT_LT(shares.at("share of steps made again in shorter parts").at("value"), 1.0);
+}
+
+TEST(Bench, FiguresTable_HasALineForEach) {
+  const Outcome outcome = bench("stress --scenes 3");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 10) << outcome.output;
+  EXPECT_NE(outcome.output.find("scenes that failed"), std::string::npos);
+}
+
 TEST(Bench, StepThatDoesNotDivideTheDuration_EndsOnTime) {
   const Outcome outcome = bench("work-precision --scene " + kDoll + " --h 0.0333 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
@@ -94,6 +151,8 @@ TEST(Bench, BadUsage_Exits2) {
   EXPECT_EQ(bench("work-precision --h 0.01").exit_code, 2);
   EXPECT_EQ(bench("work-precision --scene " + kDoll + " --order 7 --h 0.01").exit_code, 2);
   EXPECT_EQ(bench("work-precision --scene " + kDoll + " --h 0").exit_code, 2);
+  EXPECT_EQ(bench("contact --rows 0").exit_code, 2);
+  EXPECT_EQ(bench("stress --scenes 0").exit_code, 2);
   EXPECT_EQ(bench("--help").exit_code, 0);
 }
 

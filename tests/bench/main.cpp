@@ -6,13 +6,18 @@
 #include "layfigure/dynamics/step.h"
 #include "subjects.h"
 
+namespace {
+constexpr const char* kJsonHelp = "print a JSON list instead of a table";
+}
+
 int main(int argc, char** argv) {
   using namespace layfigure;
   CLI::App app{"Benchmarks of Layfigure's simulation."};
   app.footer(
       "Examples:\n"
       "  layfigure-bench work-precision --scene doll-52.json --order 4 --h 0.0333,0.01,0.004 --json\n"
-      "  layfigure-bench cost");
+      "  layfigure-bench cost\n"
+      "  layfigure-bench contact --rows 60");
   app.require_subcommand(1);
 
   bench::WorkPrecisionOptions precision;
@@ -27,14 +32,28 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->required()
       ->check(CLI::Range(1e-9, 10.0));
-  work->add_flag("--json", precision.json, "print a JSON list instead of a table");
+  work->add_flag("--json", precision.json, kJsonHelp);
   work->callback([&] { bench::work_precision(precision); });
 
   bench::CostOptions price{.scene = LAYFIGURE_TEST_DATA "/scenes/doll-52.json"};
   auto* cost = app.add_subcommand("cost", "CPU time of a step of each order");
   cost->add_option("--scene", price.scene, "scene file (JSON)")->capture_default_str();
-  cost->add_flag("--json", price.json, "print a JSON list instead of a table");
+  cost->add_flag("--json", price.json, kJsonHelp);
   cost->callback([&] { bench::cost(price); });
+
+  bench::ContactOptions touch;
+  auto* contact = app.add_subcommand("contact", "size of a contact problem against time, and a step with contacts");
+  contact->add_option("--rows", touch.most_rows, "ends before the first larger problem")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  contact->add_flag("--json", touch.json, kJsonHelp);
+  contact->callback([&] { bench::contact(touch); });
+
+  bench::StressOptions ordeal;
+  auto* stress = app.add_subcommand("stress", "random scenes: time, and how many steps needed help");
+  stress->add_option("--scenes", ordeal.scenes, "how many")->check(CLI::Range(1, 1'000'000'000))->capture_default_str();
+  stress->add_flag("--json", ordeal.json, kJsonHelp);
+  stress->callback([&] { bench::stress(ordeal); });
 
   try {
     app.parse(argc, argv);

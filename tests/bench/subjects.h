@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-/// The subjects of layfigure-bench. Each prints a table, or JSON when asked.
+/// The subjects of layfigure-bench. work_precision prints runs; the others print figures (figures.h). Each prints a
+/// table, or JSON when asked.
 namespace layfigure::bench {
 
 struct WorkPrecisionOptions {
@@ -19,7 +20,22 @@ struct CostOptions {
   std::string scene;
   bool json{false};
 };
-/// CPU time of a step of each order, per joint and solve.
+/// CPU time of a step of each order, and per joint and solve.
 void cost(const CostOptions& options);
+
+struct ContactOptions {
+  int most_rows{300};  ///< the scenes come in the order of their sizes, and end before the first larger one
+  bool json{false};
+};
+/// The complementarity problems of real contact sets: time, iterations and residual of our solver, cold and warm, and
+/// of Bullet's on the same matrices; and what a step costs with contacts and without.
+void contact(const ContactOptions& options);
+
+struct StressOptions {
+  int scenes{10'000};  ///< of the stress test's random scenes, from seed 0 on
+  bool json{false};
+};
+/// How long the random scenes take, and how many of their steps needed help.
+void stress(const StressOptions& options);
 
 }  // namespace layfigure::bench
