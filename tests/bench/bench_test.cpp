@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -70,6 +71,33 @@ TEST(BulletPeer, Json_HasTheSameFields) {
   EXPECT_GT(list[0].at("cpu_s"), 0.0);
   EXPECT_EQ(list[0].at("com").size(), 20);
   EXPECT_EQ(list[0].at("finite"), true);
+}
+
+/// Writes the stored chain of 20 as a free one with a ball at its beginning, a little over a floor.
+std::string chain_on_a_floor() {
+  std::ifstream stored(std::string(LAYFIGURE_TEST_DATA) + "/scenes/chain-20.json");
+  auto scene = nlohmann::json::parse(stored);
+  scene["root"] = "free";
+  scene["floor"] = 0.5;
+  scene["duration"] = 0.1;
+  scene["bodies"][0]["anchor"] = {0.0, 0.0, 0.021};
+  scene["limbs"] = {{{"body", 0}, {"from", {0.0, 0.0, 0.0}}, {"to", {0.0, 0.0, 0.0}}, {"radius", 0.02}}};
+  const std::string path = ::testing::TempDir() + "chain-on-a-floor.json";
+  std::ofstream(path) << scene;
+  return "\"" + path + "\"";
+}
+
+TEST(Bench, SceneWithAFloor_TellsHowItIsKeptInEveryEngine) {
+  const std::string scene = chain_on_a_floor();
+  for (const Outcome& outcome :
+       {bench("work-precision --json --scene " + scene + " --h 0.001"), bullet_peer("--scene " + scene + " --h 0.0001"),
+        bullet_peer("--dantzig --scene " + scene + " --h 0.0001")}) {
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    const auto touch = nlohmann::json::parse(outcome.output)[0].at("touch");
+    EXPECT_LE(touch.at("penetration"), 2e-3);
+    EXPECT_GT(touch.at("kinetic"), 0.0);
+    EXPECT_GT(touch.at("support"), 0.1) << "the ball has met the floor";
+  }
 }
 
 TEST(BulletPeer, MissingScene_SaysSoAndExits1) {

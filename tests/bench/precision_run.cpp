@@ -35,16 +35,21 @@ Row measure(const testing::Scene& scene, double h, const std::function<Outcome(i
   return row;
 }
 
-nlohmann::ordered_json json_of(const Row& row) {
+nlohmann::ordered_json json_of(const testing::Scene& scene, const Row& row) {
   auto com = nlohmann::ordered_json::array();
   for (const Eigen::Vector3d& p : row.outcome.coms) com.push_back({p.x(), p.y(), p.z()});
-  return {{"h", row.h},
-          {"steps", row.steps},
-          {"cpu_s", row.cpu_seconds},
-          {"us_per_step", row.cpu_seconds / row.steps * 1e6},
-          {"com", com},
-          {"energy", row.outcome.energy},
-          {"finite", row.outcome.finite}};
+  nlohmann::ordered_json json{{"h", row.h},
+                              {"steps", row.steps},
+                              {"cpu_s", row.cpu_seconds},
+                              {"us_per_step", row.cpu_seconds / row.steps * 1e6},
+                              {"com", com},
+                              {"energy", row.outcome.energy},
+                              {"finite", row.outcome.finite}};
+  const testing::Touch& touch = row.outcome.touch;
+  if (scene.floor) {
+    json["touch"] = {{"penetration", touch.penetration}, {"kinetic", touch.kinetic}, {"support", touch.support}};
+  }
+  return json;
 }
 
 }  // namespace layfigure::bench

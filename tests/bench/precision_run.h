@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "floor_scene.h"
 #include "scene.h"
 
 /// What the engines of the work-precision benchmark share: how a run is timed and told.
@@ -15,6 +16,7 @@ struct Outcome {
   double energy{0.0};                 ///< [J]
   bool finite{true};
   double cpu_seconds{0.0};  ///< of the stepping alone
+  testing::Touch touch{};   ///< of scenes with a floor
 };
 
 struct Row {
@@ -30,7 +32,7 @@ struct Row {
 /// Runs a scene with steps of about h, short ones several times.
 [[nodiscard]] Row measure(const testing::Scene& scene, double h, const std::function<Outcome(int steps)>& run);
 
-/// The fields of a row that every engine's output has.
-[[nodiscard]] nlohmann::ordered_json json_of(const Row& row);
+/// The fields of a row that every engine's output has; of a scene with a floor "touch" too.
+[[nodiscard]] nlohmann::ordered_json json_of(const testing::Scene& scene, const Row& row);
 
 }  // namespace layfigure::bench

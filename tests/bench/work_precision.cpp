@@ -21,23 +21,29 @@ struct OwnRow {
   std::vector<Eigen::Quaterniond> rests;
 };
 
+testing::FloorRun run_own(const Scene& scene, const dynamics::Model& model, int steps, int order) {
+  if (scene.floor) return testing::run_on_floor(scene, steps, order);
+  return {.result = testing::run_scene(scene, model, steps, order), .touch = {}};
+}
+
 OwnRow measure_own(const Scene& scene, const dynamics::Model& model, double h, int order) {
   OwnRow own;
   own.row = measure(scene, h, [&](int steps) {
-    const auto run = testing::run_scene(scene, model, steps, order);
+    const auto [run, touch] = run_own(scene, model, steps, order);
     own.rests.clear();
     for (const auto& body : run.state.bodies) own.rests.push_back(body.rest_rotation);
     return Outcome{.coms = run.coms,
                    .energy = dynamics::energy(model, run.state).total(),
                    .finite = run.finite,
-                   .cpu_seconds = run.cpu_seconds};
+                   .cpu_seconds = run.cpu_seconds,
+                   .touch = touch};
   });
   return own;
 }
 
 nlohmann::ordered_json json_of(const Scene& scene, int order, const OwnRow& own) {
   nlohmann::ordered_json json{{"scene", scene.name}, {"order", order}};
-  json.update(bench::json_of(own.row));
+  json.update(bench::json_of(scene, own.row));
   auto rests = nlohmann::ordered_json::array();
   for (const auto& q : own.rests) rests.push_back({q.w(), q.x(), q.y(), q.z()});
   json["rest"] = rests;
@@ -48,7 +54,7 @@ void print_table(const Scene& scene, const dynamics::Model& model, int order, co
   double shortest = rows.front().row.h;
   for (const OwnRow& own : rows) shortest = std::min(shortest, own.row.h);
   const auto reference =
-      testing::run_scene(scene, model, kReferenceFactor * steps_of(scene, shortest), dynamics::kMaxOrder);
+      run_own(scene, model, kReferenceFactor * steps_of(scene, shortest), dynamics::kMaxOrder).result;
   std::printf("%s, %d bodies, %g s, order %d\n", scene.name.c_str(), model.size(), scene.duration, order);
   std::printf("%12s %8s %12s %12s %12s %7s\n", "h [s]", "steps", "CPU [ms]", "us/step", "error [m]", "finite");
   for (const auto& [row, rests] : rows) {

@@ -52,6 +52,23 @@ Pull pull_of(const Json& json, int bodies) {
   return pull;
 }
 
+Limb limb_of(const Json& json, int bodies) {
+  Limb limb;
+  limb.body = json.at("body").get<int>();
+  if (limb.body < 0 || limb.body >= bodies) throw std::runtime_error("limb body out of range");
+  limb.from = vector_of(json, "from");
+  limb.to = vector_of(json, "to");
+  limb.radius = json.at("radius").get<double>();
+  if (!(limb.radius > 0.0)) throw std::runtime_error("limb radius is not > 0");
+  return limb;
+}
+
+dynamics::RootKind root_of(const std::string& name) {
+  if (name == "ball") return dynamics::RootKind::kBall;
+  if (name == "free") return dynamics::RootKind::kFree;
+  throw std::runtime_error("root '" + name + "' is unknown");
+}
+
 /// The file gives world orientations; a joint's rotation is relative to the parent's.
 void make_relative(std::vector<dynamics::BodyDefinition>& bodies) {
   std::vector<Eigen::Quaterniond> world;
@@ -73,9 +90,11 @@ Scene scene_of(const Json& json) {
   scene.definition.law = law == "paper" ? dynamics::FlowLaw::kPaper : dynamics::FlowLaw::kOverstress;
   for (const Json& body : json.at("bodies")) scene.definition.bodies.push_back(body_of(body));
   make_relative(scene.definition.bodies);
-  for (const Json& load : json.value("loads", Json::array())) {
-    scene.pulls.push_back(pull_of(load, static_cast<int>(scene.definition.bodies.size())));
-  }
+  const int bodies = static_cast<int>(scene.definition.bodies.size());
+  for (const Json& load : json.value("loads", Json::array())) scene.pulls.push_back(pull_of(load, bodies));
+  scene.definition.root = root_of(json.value("root", "ball"));
+  for (const Json& limb : json.value("limbs", Json::array())) scene.limbs.push_back(limb_of(limb, bodies));
+  if (json.contains("floor") && !json["floor"].is_null()) scene.floor = json["floor"].get<double>();
   return scene;
 }
 

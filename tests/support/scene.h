@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,17 +33,28 @@ class Pulls : public dynamics::Loads {
   std::vector<Pull> pulls_;
 };
 
+/// A capsule on a body, in its frame; a ball where its ends are one.
+struct Limb {
+  int body{0};
+  Eigen::Vector3d from{Eigen::Vector3d::Zero()};  ///< ends of the axis [m]
+  Eigen::Vector3d to{Eigen::Vector3d::Zero()};
+  double radius{0.05};  ///< [m]
+};
+
 struct Scene {
   std::string name;
   dynamics::ModelDefinition definition;
   double duration{1.0};  ///< [s]
   std::vector<Pull> pulls;
+  std::vector<Limb> limbs;
+  std::optional<double> floor;  ///< Coulomb's coefficient of the limbs on the plane z = 0, if that is a floor
 };
 
 /// Reads a scene: JSON with bodies in tree order, each with parent, anchor (in the parent's frame), com, mass, inertia
 /// (diagonal, about the com), quat0 (w x y z, world orientation at the start; the rest rotation is the identity), K, D
-/// and optionally yield_torque and flow_damping; gravity; duration; optionally law and loads. Throws std::runtime_error
-/// that names the file and the field.
+/// and optionally yield_torque and flow_damping; gravity; duration; optionally law, loads, root ("ball" or "free"),
+/// limbs (body, from, to, radius) and floor (its coefficient of friction). Limbs meet the floor alone, not each other.
+/// Throws std::runtime_error that names the file and the field.
 [[nodiscard]] Scene load_scene(const std::string& path);
 
 struct ChainOptions {
@@ -59,7 +72,7 @@ struct ChainOptions {
 /// A chain whose last link is pulled past yield and let go.
 [[nodiscard]] Scene pulled_chain(const ChainOptions& options);
 
-/// Steps the scene to its end with `steps` equal steps.
+/// Steps the scene, which has no floor, to its end with `steps` equal steps.
 struct RunResult {
   dynamics::State state;
   std::vector<Eigen::Vector3d> coms;  ///< world [m]
