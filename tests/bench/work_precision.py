@@ -1,7 +1,8 @@
-"""Work-precision beside other engines: CPU time against error on the same scenes, and the cost of a step.
+"""Work-precision beside other engines: CPU time against error on the same scenes, scenes with a floor, costs.
 
-Writes results.json, results.csv, table.md, work_precision.png, cost.json and cost.png. Peers whose Python package is
-absent are left out, with a line that says so.
+Writes results.json, results.csv, floor.json, floor.csv, cost.json, figures.json, table.md, work_precision.png,
+floor.png and cost.png; on demand the README's section too. Peers whose Python package is absent are left out, with a
+line that says so.
 """
 
 from __future__ import annotations
@@ -11,19 +12,23 @@ import importlib
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
-from layfigure_bench import cost, plots, report
+from layfigure_bench import cost, plots, readme, report, subjects
 from layfigure_bench.comparison import point_of
 from layfigure_bench.engine import Engine, StoredScene
+from layfigure_bench.floor import FloorResult, measure_floor
+from layfigure_bench.floor_scenes import floor_scenes
 from layfigure_bench.ladder import climb, make_reference, step_lengths
-from layfigure_bench.programs import OWN, bullet_engine, own_engine
+from layfigure_bench.programs import ORDERS, OWN, bullet_dantzig_engine, bullet_engine, own_engine
 from layfigure_bench.scenes import Scene, load, made_scenes, save
 
 STORED_SCENES = Path(__file__).resolve().parent.parent / "data" / "scenes"
-ORDERS = (1, 2, 3, 4, 5, 6)
+DOLL = "doll-52"
+# Over an impact every order is base steps: one above the first shows what it costs.
+FLOOR_ORDERS = ORDERS[:2]
 # Module of the peer, and the package that it needs.
 PYTHON_PEERS = {"mujoco_peer": "mujoco", "dart_peer": "dartpy"}
 
@@ -36,10 +41,30 @@ class Effort:
     limit_s: float  # CPU time of one run of a scene
     reference_h: float  # the longest step tried for the reference
     reference_limit_s: float
+    floor_lengths: list[float]
+    floor_limit_s: float
+    # What layfigure-bench tells by itself, with its arguments.
+    subjects: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-FULL = Effort(step_lengths(14, 2.0), limit_s=2.0, reference_h=5e-4, reference_limit_s=8.0)
-QUICK = Effort(step_lengths(6, 4.0), limit_s=0.2, reference_h=1e-3, reference_limit_s=0.6)
+FULL = Effort(
+    step_lengths(14, 2.0),
+    limit_s=1.5,
+    reference_h=5e-4,
+    reference_limit_s=8.0,
+    floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(7)],
+    floor_limit_s=2.0,
+    subjects={"cost": (), "contact": (), "stress": ()},
+)
+QUICK = Effort(
+    step_lengths(6, 4.0),
+    limit_s=0.2,
+    reference_h=1e-3,
+    reference_limit_s=0.6,
+    floor_lengths=[1.0 / 60.0, 1.0 / 240.0, 1.0 / 960.0],
+    floor_limit_s=0.2,
+    subjects={"cost": (), "contact": ("--rows", "24"), "stress": ("--scenes", "200")},
+)
 
 
 def python_peers() -> tuple[list[Engine], dict[str, str]]:
@@ -74,37 +99,75 @@ def measure_scene(scene: Scene, peers: Sequence[Engine], programs: Path, effort:
     )
 
 
-def run(programs: Path, out: Path, effort: Effort) -> None:
-    out.mkdir(parents=True, exist_ok=True)
-    local, versions = python_peers()
-    peers = [bullet_engine(programs), *local]
-    stored = [load(path) for path in sorted(STORED_SCENES.glob("*.json"))]
+def measure_scenes(
+    scenes: Sequence[Scene], peers: Sequence[Engine], programs: Path, effort: Effort
+) -> list[report.SceneResult]:
     results = []
-    for scene in sorted(stored, key=lambda s: (s.name.startswith("chain"), len(s.bodies))) + made_scenes():
+    for scene in scenes:
         print(f"work_precision: {scene.name}", flush=True)
         results.append(measure_scene(scene, peers, programs, effort))
-        report.write_results(results, versions, out)
+    return results
+
+
+def measure_floors(doll: Scene, peers: Sequence[Engine], programs: Path, effort: Effort) -> list[FloorResult]:
+    own = [own_engine(programs, order) for order in FLOOR_ORDERS]
+    engines = [*own, *peers, bullet_dantzig_engine(programs)]
+    results = []
+    for scene in floor_scenes(doll):
+        print(f"work_precision: {scene.name}", flush=True)
+        results.append(measure_floor(scene, engines, effort.floor_lengths, effort.floor_limit_s))
+    return results
+
+
+def measure(programs: Path, effort: Effort) -> tuple[report.Results, dict[str, str]]:
+    local, versions = python_peers()
+    peers = [bullet_engine(programs), *local]
+    stored = {scene.name: scene for scene in map(load, sorted(STORED_SCENES.glob("*.json")))}
+    doll = stored.pop(DOLL)
+    chains = sorted([*stored.values(), *made_scenes()], key=lambda scene: (scene.flows, len(scene.bodies)))
+    scenes = measure_scenes([doll, *chains], peers, programs, effort)
+    floors = measure_floors(doll, peers, programs, effort)
     print("work_precision: cost of a step", flush=True)
-    dolls = [scene for scene in stored if not scene.name.startswith("chain")]
     with tempfile.TemporaryDirectory() as folder:
-        costs = cost.measure_costs([*dolls, *cost.chains()], programs, Path(folder))
-    report.write_json({"points": [asdict(c) for c in costs], "slopes": cost.slopes(costs)}, out / "cost.json")
-    report.write_tables(results, costs, out)
-    plots.draw_work_precision(results, out / "work_precision.png")
-    plots.draw_cost(costs, out / "cost.png")
+        costs = cost.measure_costs([doll, *cost.chains()], programs, Path(folder))
+    print(f"work_precision: {', '.join(effort.subjects)}", flush=True)
+    figures = subjects.run_subjects(programs, effort.subjects)
+    return report.Results(scenes, floors, costs, figures), versions
+
+
+def write(results: report.Results, versions: dict[str, str], out: Path) -> None:
+    out.mkdir(parents=True, exist_ok=True)
+    report.write_results(results.scenes, versions, out)
+    report.write_floor(results.floors, out)
+    costs = {"points": [asdict(c) for c in results.costs], "slopes": cost.slopes(results.costs)}
+    report.write_json(costs, out / "cost.json")
+    figures = {subject: [asdict(f) for f in found] for subject, found in results.figures.items()}
+    report.write_json(figures, out / "figures.json")
+    report.write_tables(results, out)
+    plots.draw_work_precision(results.scenes, out / "work_precision.png")
+    plots.draw_floor(results.floors, out / "floor.png")
+    solutions = subjects.solutions(results.figures.get("contact", []))
+    plots.draw_cost(results.costs, solutions, out / "cost.png")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=f"CPU time against error, {OWN} beside other engines.")
     parser.add_argument("programs", type=Path, help="folder of layfigure-bench and bullet_peer")
     parser.add_argument("out", type=Path, help="folder for the results, made if need be")
-    parser.add_argument("--quick", action="store_true", help="fewer and longer steps: about a minute")
+    parser.add_argument("--readme", type=Path, help="README whose section on speed and accuracy is written anew")
+    parser.add_argument("--pictures", type=Path, help="folder of that section's pictures")
+    parser.add_argument("--quick", action="store_true", help="fewer and longer steps: some minutes")
     arguments = parser.parse_args()
     missing = [name for name in ("layfigure-bench", "bullet_peer") if not (arguments.programs / name).exists()]
     if missing:
         parser.error(f"{arguments.programs}: no {missing[0]} in it: build it, or name the folder that has it")
+    if (arguments.readme is None) != (arguments.pictures is None):
+        parser.error("--readme and --pictures go together")
     try:
-        run(arguments.programs, arguments.out, QUICK if arguments.quick else FULL)
+        results, versions = measure(arguments.programs, QUICK if arguments.quick else FULL)
+        write(results, versions, arguments.out)
+        if arguments.readme is not None:
+            readme.refresh(arguments.readme, arguments.pictures, results, arguments.out)
     except (OSError, RuntimeError, ValueError) as error:
         print(f"work_precision: {error}", file=sys.stderr)
         return 1

@@ -17,7 +17,7 @@ from layfigure_bench.cost import CostPoint, slopes
 from layfigure_bench.engine import Run, StoredScene
 from layfigure_bench.ladder import Reference
 from layfigure_bench.programs import OWN, run_of
-from layfigure_bench.report import SceneResult, scene_section, write_results, write_tables
+from layfigure_bench.report import Results, SceneResult, scene_section, write_results, write_tables
 from layfigure_bench.scenes import Chain, Scene, exponential
 
 
@@ -131,9 +131,8 @@ def test_written_results_are_json_without_infinities_and_csv_with_every_run(tmp_
 
 
 def test_tables_have_the_cost_and_its_growth(tmp_path: Path) -> None:
-    write_tables(
-        [result(POINTS)], [CostPoint("chain-10", 10, "e", 1.0), CostPoint("chain-100", 100, "e", 10.0)], tmp_path
-    )
+    costs = [CostPoint("chain-10", 10, "e", 1.0), CostPoint("chain-100", 100, "e", 10.0)]
+    write_tables(Results([result(POINTS)], [], costs, {}), tmp_path)
     text = (tmp_path / "table.md").read_text()
     assert "| chain-100 | 100 | e | 10 | 0.1 |" in text
     assert "e: p = 1.000" in text
@@ -143,7 +142,7 @@ def test_plots_draw_runs_that_blew_up_and_scenes_without_peers(tmp_path: Path) -
     styled = [replace(p, engine="DART" if p.family == "Peer" else "Layfigure order 2") for p in POINTS]
     alone = [p for p in styled if p.own]
     plots.draw_work_precision([result(styled), result(alone)], tmp_path / "panels.png")
-    plots.draw_cost([CostPoint(f"chain-{n}", n, "Pinocchio ABA", n) for n in (10, 100)], tmp_path / "cost.png")
+    plots.draw_cost([CostPoint(f"chain-{n}", n, "Pinocchio ABA", n) for n in (10, 100)], [], tmp_path / "cost.png")
     for name in ("panels.png", "cost.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from layfigure_bench.engine import LocalEngine, Run, StoredScene
 from layfigure_bench.ladder import climb, make_reference, rms, rms_angle, step_lengths
-from layfigure_bench.scenes import Array, Chain, Scene, hanging
+from layfigure_bench.scenes import Array, Chain, Limb, Scene, hanging
 
 STORED = StoredScene(hanging("chain", Chain(2)), Path("unused.json"))
 
@@ -112,6 +113,15 @@ class FakeSimulation:
     def energy(self) -> float:
         return 1.0
 
+    def frames(self) -> tuple[Array, Array]:
+        return np.zeros((2, 3)), np.broadcast_to(np.eye(3), (2, 3, 3))
+
+    def kinetic(self) -> float:
+        return 0.5
+
+    def support(self) -> float:
+        return 3.0
+
     def call_cost_s(self) -> float:
         return 0.0
 
@@ -136,6 +146,20 @@ def test_local_engine_that_blows_up_is_stopped_and_told() -> None:
     assert run is not None
     assert not run.finite
     assert simulation.done < 200
+
+
+def test_local_engine_tells_of_the_floor_where_there_is_one() -> None:
+    limbs = (Limb(0, (0.0, 0.0, 0.05), (0.0, 0.0, 0.2), 0.06), Limb(1, (0.0, 0.0, 0.2), (0.0, 0.0, 0.2), 0.1))
+    scene = replace(STORED.scene, limbs=limbs, floor=0.5)
+    engine = LocalEngine("fake", "fake", lambda scene, h: FakeSimulation(1000))
+    run = engine.run(StoredScene(scene, STORED.path), 0.1, 10.0)
+    assert run is not None
+    assert run.touch is not None
+    assert run.touch.penetration == pytest.approx(0.01)
+    assert (run.touch.kinetic, run.touch.support) == (0.5, 3.0)
+    bare = engine.run(STORED, 0.1, 10.0)
+    assert bare is not None
+    assert bare.touch is None
 
 
 def test_local_engine_scene_too_large_is_left_out() -> None:

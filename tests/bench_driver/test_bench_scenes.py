@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from layfigure_bench.floor_scenes import floor_scenes
 from layfigure_bench.scenes import (
     IDENTITY,
     Chain,
+    Load,
+    Scene,
     conjugate,
+    constant_forces,
     exponential,
     hanging,
     joint_rotations,
@@ -67,8 +72,31 @@ def test_made_scenes_only_the_pulled_ones_flow() -> None:
         assert bool(scene.loads) == scene.flows
 
 
+def test_scenes_cover_soft_and_stiff_planar_and_bent() -> None:
+    scenes = [*(load(path) for path in STORED.glob("chain-*.json")), *made_scenes()]
+    hung = [scene for scene in scenes if not scene.flows]
+    assert {len(scene.bodies) for scene in hung} == {20, 60, 200, 1000}
+
+    def kind(scene: Scene) -> tuple[bool, bool]:
+        return scene.bodies[0].K > 100.0, scene.bodies[0].quat0 != IDENTITY
+
+    assert {kind(scene) for scene in hung} == {(False, False), (False, True), (True, False), (True, True)}
+    assert {scene.law for scene in scenes if scene.flows} == {"paper", "overstress"}
+
+
+def test_constant_forces_are_those_of_constant_loads_alone() -> None:
+    chain = hanging("chain", Chain(2))
+    push = Load(index=1, force=(0.0, 2.0, 0.0), start=0.0, end=1.0, shape="constant")
+    assert constant_forces(replace(chain, loads=(push, push)))[1] == pytest.approx([0.0, 4.0, 0.0])
+    with pytest.raises(ValueError, match="not a constant load"):
+        constant_forces(replace(chain, loads=(replace(push, shape="sin2"),)))
+    with pytest.raises(ValueError, match="not a constant load"):
+        constant_forces(replace(chain, loads=(replace(push, end=0.5),)))
+
+
 def test_save_and_load_every_made_scene_is_unchanged(tmp_path: Path) -> None:
-    for scene in [*made_scenes(), pulled("p", Chain(3, yield_torque=0.0), "overstress")]:
+    floors = floor_scenes(load(STORED / "doll-52.json"))
+    for scene in [*made_scenes(), *floors, pulled("p", Chain(3, yield_torque=0.0), "overstress")]:
         save(scene, tmp_path / "scene.json")
         assert load(tmp_path / "scene.json") == scene
 

@@ -13,7 +13,8 @@ from layfigure_bench.programs import own_engine
 from layfigure_bench.scenes import Chain, Scene, hanging, save
 
 CHAIN_LENGTHS = (10, 30, 100, 300, 1000, 3000, 10_000)
-ORDERS = (1, 4)
+# The base step, and the order that is held to a multiple of it.
+COST_ORDERS = (1, 4)
 STEP = 1e-3
 # Bodies stepped in a run: some 20 ms of the base step, so that a run is neither noise nor long.
 BODY_STEPS = 300_000
@@ -54,7 +55,7 @@ def own_costs(scene: Scene, programs: Path, folder: Path) -> list[CostPoint]:
     stored = StoredScene(short, folder / "cost-scene.json")
     save(short, stored.path)
     costs = []
-    for order in ORDERS:
+    for order in COST_ORDERS:
         engine = own_engine(programs, order)
         run = engine.run(stored, STEP, LIMIT_S)
         if run is None:

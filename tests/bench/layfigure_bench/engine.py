@@ -18,6 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
+from layfigure_bench.floor_scenes import penetration
 from layfigure_bench.scenes import Array, Scene
 
 REPEATS = 5
@@ -35,6 +36,15 @@ class StoredScene:
 
 
 @dataclass(frozen=True)
+class Touch:
+    """How an engine kept the limbs on the floor."""
+
+    penetration: float  # largest depth below the floor among the poses that were looked at [m]
+    kinetic: float  # energy at the end [J]
+    support: float  # vertical sum of the contact forces of the last step, as the engine tells them [N]
+
+
+@dataclass(frozen=True)
 class Run:
     """One run of a scene to its end."""
 
@@ -45,6 +55,7 @@ class Run:
     energy: float
     finite: bool
     rest: Array | None = None  # (bodies, 4): rest rotations w x y z, of engines whose joints flow
+    touch: Touch | None = None  # of scenes that have a floor
 
 
 class Engine(Protocol):
@@ -70,6 +81,14 @@ class Simulation(Protocol):
 
     def energy(self) -> float: ...
 
+    def frames(self) -> tuple[Array, Array]:
+        """The bodies' origins (bodies, 3) and rotations (bodies, 3, 3) in the world."""
+
+    def kinetic(self) -> float: ...
+
+    def support(self) -> float:
+        """Vertical sum of the contact forces of the last step [N]."""
+
     def call_cost_s(self) -> float:
         """What Python costs a step, which is not the engine's to pay."""
 
@@ -89,33 +108,45 @@ class LocalEngine:
             return None
         steps = max(1, round(scene.duration / h))
         times: list[float] = []
+        deepest = 0.0
         with silence():
             simulation = self.build(scene, scene.duration / steps)
             while len(times) < REPEATS and sum(times) < ENOUGH_S:
                 simulation.restart()
-                cpu_s = timed(simulation, steps, limit_s)
-                if cpu_s is None:
+                timing = timed(simulation, scene, steps, limit_s)
+                if timing is None:
                     return None
-                times.append(cpu_s)
+                times.append(timing.cpu_s)
+                deepest = timing.penetration
                 if not finite(simulation):
                     break
-            cpu_s = statistics.median(times)
+            touch = None
+            if scene.floor is not None:
+                touch = Touch(deepest, simulation.kinetic(), simulation.support())
             com, energy = simulation.com(), simulation.energy()
-        return Run(scene.duration / steps, steps, cpu_s, com, energy, bool(np.isfinite(com).all()))
+        cpu_s = statistics.median(times)
+        return Run(scene.duration / steps, steps, cpu_s, com, energy, bool(np.isfinite(com).all()), touch=touch)
 
 
 def finite(simulation: Simulation) -> bool:
     return bool(np.isfinite(simulation.com()).all())
 
 
-def timed(simulation: Simulation, steps: int, limit_s: float) -> float | None:
+@dataclass(frozen=True)
+class Timing:
+    cpu_s: float
+    penetration: float
+
+
+def timed(simulation: Simulation, scene: Scene, steps: int, limit_s: float) -> Timing | None:
     """CPU time of the steps, None as soon as it is clear that they take longer than the limit.
 
-    A simulation that blew up is not stepped further.
+    A simulation that blew up is not stepped further. Between the chunks the limbs are looked at, which is not timed.
     """
     call_cost_s = simulation.call_cost_s()
     spent = 0.0
     done = 0
+    deepest = 0.0
     while done < steps and finite(simulation):
         chunk = min(steps - done, max(1, steps // CHUNKS))
         start = time.thread_time()
@@ -124,7 +155,9 @@ def timed(simulation: Simulation, steps: int, limit_s: float) -> float | None:
         done += chunk
         if spent > limit_s:
             return None
-    return max(spent - call_cost_s * done, 0.0)
+        if scene.floor is not None:
+            deepest = max(deepest, penetration(scene, *simulation.frames()))
+    return Timing(max(spent - call_cost_s * done, 0.0), deepest)
 
 
 @contextlib.contextmanager

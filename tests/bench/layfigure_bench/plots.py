@@ -1,11 +1,14 @@
-"""The diagrams: error against CPU time, a panel for each scene, and the cost of a step against the bodies."""
+"""The diagrams: error against CPU time, a panel for each scene; the scenes with a floor; costs against sizes.
+
+Made to be read at the width of a README.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
@@ -15,61 +18,77 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from layfigure_bench.comparison import Point
 from layfigure_bench.cost import CostPoint
+from layfigure_bench.floor import FloorPoint, FloorResult
+from layfigure_bench.programs import ORDERS, OWN
 from layfigure_bench.report import SceneResult
+from layfigure_bench.subjects import Solution
 
-COLUMNS = 3
-# Okabe and Ito's colours, which the colour-blind tell apart; ours are one blue that darkens with the order. Peers have
-# markers of their own too.
-STYLES = {
-    "Layfigure order 1": {"color": "#9ecae1", "marker": "o"},
-    "Layfigure order 2": {"color": "#6baed6", "marker": "o"},
-    "Layfigure order 3": {"color": "#4292c6", "marker": "o"},
-    "Layfigure order 4": {"color": "#2171b5", "marker": "o"},
-    "Layfigure order 5": {"color": "#08519c", "marker": "o"},
-    "Layfigure order 6": {"color": "#08306b", "marker": "o"},
+COLUMNS = 4
+WIDTH_IN = 12.0
+DPI = 120
+LIGHTEST, DARKEST = 0.4, 1.0  # of the blues
+# Okabe and Ito's colours, which the colour-blind tell apart, and a marker for each engine; ours are one blue that
+# darkens with the order.
+PEER_STYLES = {
     "MuJoCo Euler": {"color": "#e69f00", "marker": "^"},
     "MuJoCo implicitfast": {"color": "#e69f00", "marker": "v"},
     "MuJoCo RK4": {"color": "#d55e00", "marker": "*"},
-    "MuJoCo discrete": {"color": "#e69f00", "marker": "P"},
+    "MuJoCo discrete": {"color": "#d55e00", "marker": "P"},
     "DART": {"color": "#009e73", "marker": "D"},
     "Bullet btMultiBody": {"color": "#cc79a7", "marker": "s"},
+    "Bullet btMLCPSolver": {"color": "#882255", "marker": "p"},
     "Pinocchio ABA": {"color": "#000000", "marker": "X"},
 }
+# By kind of problem and solver: label, colour, marker.
+SOLVER_STYLES = {
+    ("friction", "cold"): ("Layfigure, friction, cold", "#08306b", "o"),
+    ("friction", "warm"): ("Layfigure, friction, warm", "#56a0d3", "o"),
+    ("frictionless", "Layfigure"): ("Layfigure, frictionless, cold", "#2070b4", "v"),
+    ("frictionless", "Bullet Dantzig"): ("Bullet Dantzig, frictionless", "#cc79a7", "s"),
+    ("frictionless", "Bullet Lemke"): ("Bullet Lemke, frictionless", "#009e73", "D"),
+    ("frictionless", "Bullet Gauss-Seidel, 10 sweeps"): ("Bullet Gauss-Seidel (10), frictionless", "#e69f00", "^"),
+}
 LARGEST_ERROR = 10.0
+AnyPoint = TypeVar("AnyPoint", Point, FloorPoint)
 UNKNOWN = "below the reference's own change"
 
 
 def style_of(engine: str) -> dict[str, Any]:
-    own = engine.startswith("Layfigure")
-    size = 9.0 if STYLES[engine]["marker"] == "*" else 5.0
-    return {**STYLES[engine], "linestyle": "-" if own else "--", "linewidth": 1.8 if own else 1.0, "markersize": size}
+    if engine in PEER_STYLES:
+        size = 7.5 if PEER_STYLES[engine]["marker"] == "*" else 4.0
+        return {**PEER_STYLES[engine], "linestyle": "--", "linewidth": 0.9, "markersize": size}
+    order = ORDERS.index(int(engine.removeprefix(f"{OWN} order ")))
+    shade = LIGHTEST + (DARKEST - LIGHTEST) * order / (len(ORDERS) - 1)
+    color = mpl.colormaps["Blues"](shade)
+    return {"color": color, "marker": "o", "linestyle": "-", "linewidth": 1.6, "markersize": 4.0}
 
 
 def draw_work_precision(results: Sequence[SceneResult], path: Path) -> None:
     mpl.use("Agg")
-    rows = math.ceil(len(results) / COLUMNS)
-    spare = rows * COLUMNS > len(results)
-    figure = Figure(figsize=(4.6 * COLUMNS, 3.8 * rows + (0.0 if spare else 0.9)), layout="constrained")
-    panels = list(figure.subplots(rows, COLUMNS, squeeze=False).ravel())
+    rows = math.ceil((len(results) + 1) / COLUMNS)  # one place at least is the legend's
+    figure = Figure(figsize=(WIDTH_IN, 2.6 * rows), layout="constrained")
+    panels = list(figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, sharey=True).ravel())
     for axes, result in zip(panels, results, strict=False):
         draw_panel(axes, result)
-    for axes in panels[len(results) :]:
-        axes.set_axis_off()
-    add_legend(figure, panels, in_corner=spare)
-    figure.savefig(path, dpi=120)
+    for i, axes in enumerate(panels):
+        axes.label_outer()
+        if i + COLUMNS >= len(results):
+            axes.tick_params(labelbottom=True)
+        if i >= len(results):
+            axes.set_axis_off()
+    figure.supxlabel("CPU time of the scene [ms]")
+    figure.supylabel("rms position error at its end [m]")
+    add_legend(figure, panels, loc="lower right", ncols=1 if len(results) % COLUMNS == COLUMNS - 1 else 2)
+    figure.savefig(path, dpi=DPI)
 
 
-def add_legend(figure: Figure, panels: Sequence[Axes], *, in_corner: bool) -> None:
-    """One legend for all panels: where the last ones are missing, or else below."""
+def add_legend(figure: Figure, panels: Iterable[Axes], **place: Any) -> None:
+    """One legend for all panels."""
     handles: dict[str, Artist] = {}
     for axes in panels:
         lines, labels = axes.get_legend_handles_labels()
         handles.update(zip(labels, lines, strict=True))
-    names = [name for name in [*STYLES, UNKNOWN] if name in handles]
-    place: dict[str, Any] = (
-        {"loc": "lower right", "ncols": 2} if in_corner else {"loc": "outside lower center", "ncols": 5}
-    )
-    figure.legend([handles[n] for n in names], names, frameon=False, fontsize=12, **place)
+    figure.legend(handles.values(), handles.keys(), frameon=False, fontsize=9, **place)
 
 
 def draw_panel(axes: Axes, result: SceneResult) -> None:
@@ -78,30 +97,80 @@ def draw_panel(axes: Axes, result: SceneResult) -> None:
         if line:
             axes.loglog([p.cpu_s * 1e3 for p in line], [p.error for p in line], label=engine, **style_of(engine))
     axes.axhspan(1e-16, max(result.reference_change, 1e-15), color="#dddddd", zorder=0, label=UNKNOWN)
-    axes.set_title(f"{result.name} ({result.bodies} bodies, {result.duration:g} s)", fontsize=11)
-    axes.set_xlabel("CPU time [ms]")
-    axes.set_ylabel("rms position error [m]")
+    axes.set_title(f"{result.name} ({result.duration:g} s)", fontsize=10)
     axes.set_ylim(1e-12, LARGEST_ERROR)
     axes.yaxis.set_major_locator(LogLocator(numticks=7))
     axes.yaxis.set_minor_formatter(NullFormatter())
+    add_grid(axes)
+
+
+def add_grid(axes: Axes) -> None:
     axes.grid(visible=True, which="major", color="#e5e5e5", linewidth=0.7)
 
 
-def plotted(points: Sequence[Point]) -> list[Point]:
+def plotted(points: Sequence[AnyPoint]) -> list[AnyPoint]:
     """Those that a logarithmic axis can show and that are no worse than having blown up."""
     return [p for p in points if 0.0 < p.error <= LARGEST_ERROR]
 
 
-def draw_cost(costs: Sequence[CostPoint], path: Path) -> None:
+def draw_floor(results: Sequence[FloorResult], path: Path) -> None:
+    """Above, each engine's error by its own limit; below, how deep the limbs get into the floor."""
     mpl.use("Agg")
-    figure = Figure(figsize=(6.4, 4.8), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(WIDTH_IN, 6.6), layout="constrained")
+    panels = figure.subplots(2, len(results), squeeze=False, sharex=True, sharey="row")
+    for column, result in zip(panels.T, results, strict=True):
+        column[0].set_title(f"{result.name} ({result.bodies} bodies, {result.duration:g} s)", fontsize=10)
+        for engine in dict.fromkeys(p.engine for p in result.points):
+            line = plotted([p for p in result.points if p.engine == engine])
+            times = [p.cpu_s * 1e3 for p in line]
+            column[0].loglog(times, [p.error for p in line], label=engine, **style_of(engine))
+            column[1].loglog(times, [p.penetration * 1e3 for p in line], **style_of(engine))
+        column[1].set_xlabel("CPU time of the scene [ms]")
+        for axes in column:
+            add_grid(axes)
+    panels[0, 0].set_ylabel("rms distance from the\nengine's own limit [m]")
+    panels[1, 0].set_ylabel("largest penetration [mm]")
+    add_legend(figure, panels.ravel(), loc="outside lower center", ncols=5)
+    figure.savefig(path, dpi=DPI)
+
+
+def draw_cost(costs: Sequence[CostPoint], found: Sequence[Solution], path: Path) -> None:
+    """Left, a step against the bodies of a chain; right, a contact problem against its rows."""
+    mpl.use("Agg")
+    figure = Figure(figsize=(WIDTH_IN, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_steps(left, costs)
+    draw_solutions(right, found)
+    for axes in (left, right):
+        add_grid(axes)
+        if axes.lines:
+            axes.legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=DPI)
+
+
+def draw_steps(axes: Axes, costs: Sequence[CostPoint]) -> None:
     chains = [c for c in costs if c.scene.startswith("chain-")]
     for engine in dict.fromkeys(c.engine for c in chains):
         line = [c for c in chains if c.engine == engine]
         axes.loglog([c.bodies for c in line], [c.us_per_step for c in line], label=engine, **style_of(engine))
+    axes.set_title("a step, or a forward dynamics", fontsize=10)
     axes.set_xlabel("bodies of the chain")
-    axes.set_ylabel("CPU time of a step [us]")
-    axes.grid(visible=True, which="major", color="#e5e5e5", linewidth=0.7)
-    axes.legend(frameon=False)
-    figure.savefig(path, dpi=120)
+    axes.set_ylabel("CPU time [us]")
+
+
+def draw_solutions(axes: Axes, found: Sequence[Solution]) -> None:
+    """Where a solver gave up, or left what is no solution, its marker is hollow."""
+    for (kind, solver), (label, color, marker) in SOLVER_STYLES.items():
+        line = [s for s in found if (s.kind, s.solver) == (kind, solver)]
+        if not line:
+            continue
+        dashes = "--" if solver.startswith("Bullet") else "-"
+        axes.loglog([s.rows for s in line], [s.us for s in line], color=color, linestyle=dashes, linewidth=1.2)
+        faces = [color if s.solved else "white" for s in line]
+        axes.scatter(
+            [s.rows for s in line], [s.us for s in line], c=faces, edgecolors=color, marker=marker, s=26, zorder=3
+        )
+        axes.plot([], [], color=color, linestyle=dashes, marker=marker, label=label)
+    axes.set_title("a contact problem (hollow: not solved)", fontsize=10)
+    axes.set_xlabel("rows")
+    axes.set_ylabel("CPU time [us]")

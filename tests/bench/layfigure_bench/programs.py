@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from layfigure_bench.engine import ENOUGH_S, REPEATS, Run, StoredScene
+from layfigure_bench.engine import ENOUGH_S, REPEATS, Run, StoredScene, Touch
 
 OWN = "Layfigure"
+# The convergence orders of its steps.
+ORDERS = (1, 2, 3, 4, 5, 6)
 # Beside the CPU time asked for: starting, reading the scene, and the share of the machine that others take.
 GRACE_S = 20.0
 
@@ -41,9 +43,16 @@ def run_of(item: dict[str, Any]) -> Run:
     """A run from a program's JSON, in which numbers that are not finite are null."""
     com = np.array(item["com"], dtype=float)
     rest = np.array(item["rest"], dtype=float) if "rest" in item else None
-    energy = float("nan") if item["energy"] is None else float(item["energy"])
+    energy = _number(item["energy"])
     finite = bool(item["finite"]) and bool(np.isfinite(com).all())
-    return Run(float(item["h"]), int(item["steps"]), float(item["cpu_s"]), com, energy, finite, rest)
+    touch = None
+    if "touch" in item:
+        touch = Touch(*(_number(item["touch"][key]) for key in ("penetration", "kinetic", "support")))
+    return Run(float(item["h"]), int(item["steps"]), float(item["cpu_s"]), com, energy, finite, rest, touch)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
 
 
 def own_engine(programs: Path, order: int) -> ProgramEngine:
@@ -53,3 +62,8 @@ def own_engine(programs: Path, order: int) -> ProgramEngine:
 
 def bullet_engine(programs: Path) -> ProgramEngine:
     return ProgramEngine("Bullet btMultiBody", "Bullet", (str(programs / "bullet_peer"),))
+
+
+def bullet_dantzig_engine(programs: Path) -> ProgramEngine:
+    """Bullet whose contacts are solved by btMLCPSolver's Dantzig instead of its sequential impulses."""
+    return ProgramEngine("Bullet btMLCPSolver", "Bullet", (str(programs / "bullet_peer"), "--dantzig"))

@@ -13,6 +13,9 @@ from typing import Any
 
 from layfigure_bench.comparison import JUDGED, Comparison, Point, agreement, compare, front
 from layfigure_bench.cost import CostPoint, slopes
+from layfigure_bench.floor import FloorPoint, FloorResult, at_rate
+from layfigure_bench.programs import ORDERS
+from layfigure_bench.subjects import Figure
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,20 @@ class SceneResult:
 
     def comparisons(self) -> list[Comparison]:
         return compare(self.points, self.reference_change)
+
+
+# Of the many runs on a floor, those in the table: a frame, a quarter of one, and about a millisecond.
+SHOWN_RATES_HZ = (60.0, 240.0, 960.0)
+
+
+@dataclass(frozen=True)
+class Results:
+    """All that a run of the benchmark found."""
+
+    scenes: Sequence[SceneResult]
+    floors: Sequence[FloorResult]
+    costs: Sequence[CostPoint]
+    figures: dict[str, list[Figure]]
 
 
 def processor() -> str:
@@ -63,17 +80,62 @@ def _ratio_of(comparison: Comparison) -> dict[str, Any]:
     return {**asdict(comparison), "ratio": comparison.ratio}
 
 
-def write_tables(results: Sequence[SceneResult], costs: Sequence[CostPoint], folder: Path) -> None:
+def write_floor(results: Sequence[FloorResult], folder: Path) -> None:
+    write_json([asdict(result) for result in results], folder / "floor.json")
+    with (folder / "floor.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        quantities = ["own_error_m", "penetration_m", "kinetic_J", "support_over_carried"]
+        writer.writerow(["scene", "engine", "h_s", "steps", "cpu_s", *quantities])
+        for result in results:
+            for p in result.points:
+                numbers = (p.h, p.steps, p.cpu_s, p.error, p.penetration, p.kinetic, p.support)
+                writer.writerow([result.name, p.engine, *numbers])
+
+
+def write_tables(all_results: Results, folder: Path) -> None:
     parts = ["# CPU time against error\n", f"{processor()}, one thread, medians. Only runs that were made count.\n"]
-    parts += [scene_section(result) for result in results]
-    parts.append(cost_section(costs))
+    parts += [scene_section(result) for result in all_results.scenes]
+    parts += [floor_section(result) for result in all_results.floors]
+    parts.append(cost_section(all_results.costs))
+    parts += [figures_section(subject, figures) for subject, figures in all_results.figures.items()]
     (folder / "table.md").write_text("\n".join(parts), encoding="utf-8")
+
+
+def floor_section(result: FloorResult) -> str:
+    lines = [
+        f"## {result.name}: {result.bodies} bodies on a floor, {result.duration:g} s\n",
+        "Engines differ in what contact is, so each error is the distance from the engine's own limit, a run with "
+        "steps half as long as the shortest here. Penetration: the largest of the run. Forces: their vertical sum in "
+        "the last step over weight and loads.\n",
+        "| engine | h [s] | CPU [ms] | us/step | own error [m] | penetration [mm] | kinetic energy left [J] | forces |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [floor_row(p) for rate in SHOWN_RATES_HZ for p in at_rate(result, rate)]
+    lines += ["", "| engine | distance of its limit from the first one's [m] |", "|---|---|"]
+    lines += [f"| {engine} | {distance:.1e} |" for engine, distance in result.limits.items()]
+    return "\n".join([*lines, ""])
+
+
+def floor_row(p: FloorPoint) -> str:
+    start = f"| {p.engine} | {p.h:.3g} | {p.cpu_s * 1e3:.3g} | {p.cpu_s / p.steps * 1e6:.3g} |"
+    if not math.isfinite(p.kinetic):
+        return f"{start} blew up | | | |"
+    error = f"{p.error:.1e}" if math.isfinite(p.error) else "no limit"
+    return f"{start} {error} | {p.penetration * 1e3:.3g} | {p.kinetic:.1e} | {p.support:.4f} |"
+
+
+def figures_section(subject: str, figures: Sequence[Figure]) -> str:
+    lines = [f"## {subject}\n", "| | value | unit | at most | holds |", "|---|---|---|---|---|"]
+    for f in figures:
+        target, holds = ("", "") if f.target is None else (f"{f.target:g}", "yes" if f.holds else "no")
+        lines.append(f"| {f.name} | {f.value:.4g} | {f.unit} | {target} | {holds} |")
+    return "\n".join([*lines, ""])
 
 
 def scene_section(result: SceneResult) -> str:
     lines = [
         f"## {result.name}: {result.bodies} bodies, {result.duration:g} s\n",
-        f"Reference: our highest order, h = {result.reference_h:.3g} s; halving the step last changed it by "
+        f"Reference: order {ORDERS[-1]}, h = {result.reference_h:.3g} s; halving the step last changed it by "
         f"{result.reference_change:.1e} m. Errors below {JUDGED:g} times that are not judged.\n",
         "| error [m] | Layfigure [ms] | by | best peer [ms] | by | ratio |",
         "|---|---|---|---|---|---|",

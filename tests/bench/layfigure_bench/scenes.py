@@ -39,13 +39,23 @@ class Body:
 
 @dataclass(frozen=True)
 class Load:
-    """A force on a body at its com, in world axes, that swells and fades as sin^2 between two instants."""
+    """A force on a body at its com, in world axes, between two instants: swelling and fading as sin^2, or constant."""
 
     index: int
     force: Vector
     start: float
     end: float
     shape: str = "sin2"
+
+
+@dataclass(frozen=True)
+class Limb:
+    """A capsule on a body, in its frame; a ball where its ends are one."""
+
+    body: int
+    start: Vector
+    end: Vector
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -56,6 +66,9 @@ class Scene:
     bodies: tuple[Body, ...]
     law: str = "paper"
     loads: tuple[Load, ...] = ()
+    root: str = "ball"  # how the first body is held: by a "ball" joint, or "free"
+    limbs: tuple[Limb, ...] = ()  # which meet the floor alone, not each other
+    floor: float | None = None  # Coulomb's coefficient on the plane z = 0, if that is a floor
 
     @property
     def flows(self) -> bool:
@@ -120,12 +133,33 @@ def exponential(rotation_vector: Array) -> Quaternion:
     return (float(np.cos(0.5 * angle)), x, y, z)
 
 
+def matrix(q: Quaternion) -> Array:
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
 def joint_rotations(scene: Scene) -> list[Quaternion]:
     """Each body's rotation relative to its parent at the start."""
     return [
         body.quat0 if body.parent < 0 else product(conjugate(scene.bodies[body.parent].quat0), body.quat0)
         for body in scene.bodies
     ]
+
+
+def constant_forces(scene: Scene) -> Array:
+    """What the loads exert on each body. Raises ValueError if they are not constant over the whole scene."""
+    forces = np.zeros((len(scene.bodies), 3))
+    for load in scene.loads:
+        if load.shape != "constant" or load.start > 0.0 or load.end < scene.duration:
+            raise ValueError(f"{scene.name}: not a constant load: {load}")
+        forces[load.index] += load.force
+    return forces
 
 
 def hanging(name: str, chain: Chain, duration: float = 1.0) -> Scene:
@@ -140,14 +174,18 @@ def pulled(name: str, chain: Chain, law: str, duration: float = 1.0) -> Scene:
 
 
 def made_scenes() -> list[Scene]:
-    """The scenes that are made rather than stored."""
-    stiff = {"bend": 0.1, "stiffness": 200.0, "damping": 2.0}
+    """The scenes that are made rather than stored: with those, every length soft and stiff, planar and bent."""
+    stiff = {"stiffness": 200.0, "damping": 2.0}
     doll = {"damping": 0.05, "yield_torque": 0.1, "flow_damping": 0.2}
     return [
+        hanging("chain-20-stiff", Chain(20, **stiff)),
         hanging("chain-60-bent", Chain(60, bend=0.3)),
         hanging("chain-60-stiff", Chain(60, **stiff)),
-        hanging("chain-200-stiff", Chain(200, **stiff)),
+        hanging("chain-60-stiff-bent", Chain(60, bend=0.1, **stiff)),
+        hanging("chain-200-bent", Chain(200, bend=0.3)),
+        hanging("chain-200-stiff-bent", Chain(200, bend=0.1, **stiff)),
         hanging("chain-1000", Chain(1000), duration=0.5),
+        hanging("chain-1000-stiff-bent", Chain(1000, bend=0.1, **stiff), duration=0.5),
         pulled("chain-20-pulled-paper", Chain(20, **doll), "paper"),
         pulled("chain-20-pulled-overstress", Chain(20, **doll), "overstress"),
     ]
@@ -164,6 +202,9 @@ def load(path: Path) -> Scene:
             bodies=tuple(_body(item) for item in data["bodies"]),
             law=str(data.get("law", "paper")),
             loads=tuple(_load(item) for item in data.get("loads", [])),
+            root=str(data.get("root", "ball")),
+            limbs=tuple(_limb(item) for item in data.get("limbs", [])),
+            floor=None if data.get("floor") is None else float(data["floor"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: not a scene: {error!r}") from error
@@ -171,6 +212,9 @@ def load(path: Path) -> Scene:
 
 def save(scene: Scene, path: Path) -> None:
     data = asdict(scene)
+    data["limbs"] = [
+        {"body": limb.body, "from": limb.start, "to": limb.end, "radius": limb.radius} for limb in scene.limbs
+    ]
     for body in data["bodies"]:
         if body["yield_torque"] is None:
             del body["yield_torque"]
@@ -207,3 +251,7 @@ def _load(item: dict[str, Any]) -> Load:
         end=float(item["end"]),
         shape=str(item.get("shape", "sin2")),
     )
+
+
+def _limb(item: dict[str, Any]) -> Limb:
+    return Limb(int(item["body"]), _vector(item["from"]), _vector(item["to"]), float(item["radius"]))
