@@ -49,11 +49,11 @@ class Effort:
 
 FULL = Effort(
     step_lengths(14, 2.0),
-    limit_s=1.5,
+    limit_s=1.2,
     reference_h=5e-4,
     reference_limit_s=8.0,
-    floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(7)],
-    floor_limit_s=2.0,
+    floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(6)],
+    floor_limit_s=5.0,
     subjects={"cost": (), "contact": (), "stress": ()},
 )
 QUICK = Effort(

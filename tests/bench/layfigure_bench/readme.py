@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,6 +20,7 @@ PICTURES = ("work_precision.png", "cost.png")
 # Of the errors compared, those in the table [m]: 1e-2 to 1e-6, and 1e-8.
 SHOWN = (*DECADES[1:6], DECADES[7])
 RATE_HZ = 240.0
+WIDTH = 120
 
 
 def refresh(readme: Path, pictures: Path, results: Results, out: Path) -> None:
@@ -50,7 +52,13 @@ def section(results: Results) -> str:
         "missing needs too long for so many steps.",
         *[floor_table(result) for result in results.floors],
     ]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(wrapped(part) for part in parts) + "\n"
+
+
+def wrapped(text: str) -> str:
+    """To the README's width, but for tables."""
+    lines = text.splitlines()
+    return "\n".join(line if line.startswith("|") else textwrap.fill(line, WIDTH) for line in lines)
 
 
 def ratio_table(results: Sequence[SceneResult]) -> str:
