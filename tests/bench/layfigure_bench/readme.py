@@ -10,6 +10,7 @@ from pathlib import Path
 
 from layfigure_bench.comparison import DECADES, Comparison
 from layfigure_bench.cost import COST_ORDERS, CostPoint, slopes
+from layfigure_bench.engine import LocalEngine
 from layfigure_bench.floor import FloorPoint, FloorResult, at_rate
 from layfigure_bench.programs import OWN
 from layfigure_bench.report import Results, SceneResult, processor
@@ -69,7 +70,11 @@ def ratio_table(results: Sequence[SceneResult]) -> str:
     for result in results:
         found = {c.error: c for c in result.comparisons()}
         lines.append(f"| {result.name} | " + " | ".join(ratio_cell(found.get(error)) for error in SHOWN) + " |")
-    note = "alone: no peer got there. -: not judged, as the reference is not known that well, or not reached."
+    note = (
+        "alone: no peer got there with the steps and the time that it was given; those in Python are not given more "
+        f"than {LocalEngine.most_bodies} bodies, which take them minutes to build. -: not judged, as the reference is "
+        "not known that well, or not reached."
+    )
     return "\n".join([*lines, "", note])
 
 
