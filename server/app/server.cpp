@@ -55,6 +55,7 @@ struct Server::Impl {
   void run();
   [[nodiscard]] bool is_done(Clock::time_point now) const;
   [[nodiscard]] bool is_stepping() const;
+  [[nodiscard]] bool is_resting() const;  ///< the doll does, while time goes on
   [[nodiscard]] Clock::time_point next_wake_up() const;
   void handle_events();
   void handle(const pointer_t& pointer);
@@ -113,6 +114,8 @@ bool Server::Impl::is_done(Clock::time_point now) const {
   return stopping || commands.shutdown_requested() || now >= end;
 }
 
+bool Server::Impl::is_resting() const { return is_stepping() && simulation.resting(); }
+
 bool Server::Impl::is_stepping() const {
   return settings.simulation.clock == ClockKind::kRealtime && simulation.failure().empty();
 }
@@ -120,13 +123,17 @@ bool Server::Impl::is_stepping() const {
 Clock::time_point Server::Impl::next_wake_up() const {
   if (commands.shutdown_requested()) return Clock::time_point{};
   const Clock::time_point heartbeat = std::min({next_status, next_character, end});
-  return is_stepping() ? std::min(heartbeat, pacer.deadline()) : heartbeat;
+  return is_stepping() && !simulation.resting() ? std::min(heartbeat, pacer.deadline()) : heartbeat;
 }
 
+/// What wakes the resting doll finds it at the present time, and a last pose says that it has rested until then.
 void Server::Impl::handle_events() {
+  const bool rested = is_resting();
+  if (rested) simulation.rest(pacer.pass_over(Clock::now()));
   for (const messaging::Inbox::Event& event : inbox.take()) {
     std::visit([this](const auto& message) { handle(message); }, event);
   }
+  if (rested && !simulation.resting()) poses.publish();
 }
 
 void Server::Impl::handle(const pointer_t& pointer) {
@@ -138,7 +145,7 @@ void Server::Impl::handle(const pointer_t& pointer) {
 
 void Server::Impl::run_due_steps() {
   const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
-  while (is_stepping() && pacer.deadline() <= now) {
+  while (is_stepping() && !simulation.resting() && pacer.deadline() <= now) {
     pacer.begin_step(Clock::now());
     if (!simulation.advance()) spdlog::error("the simulation failed: {}", simulation.failure());
     poses.publish_if_due();
@@ -148,6 +155,7 @@ void Server::Impl::run_due_steps() {
 
 void Server::Impl::publish_heartbeats(Clock::time_point now) {
   if (now >= next_status) {
+    if (is_resting()) poses.publish();
     publish_status(false);
     next_status = now + kStatusInterval;
   }

@@ -69,6 +69,7 @@ void Simulation::point(int id, const PointerPose& pose, const std::string& clien
   Pointer& pointer = pointers_[id];
   if (pointer.client_id() == client_id && sequence <= pointer.sequence()) return;
   pointer.receive(pose, client_id, sequence, steps_, std::max(1.0, kLongestGlide * settings_.physics_hz));
+  resting_ = false;
   if (settings_.clock == ClockKind::kRealtime) pointer.glide(std::llround(pointer.message_interval()));
 }
 
@@ -91,6 +92,7 @@ Eigen::Vector3d Simulation::grab(const GrabRequest& request) {
   grip.coupling = make_coupling(request);
   const PointerPose held = held_pose(grip);
   pointers_[request.pointer].attach(grip, held);
+  resting_ = false;
   return held.position;
 }
 
@@ -118,6 +120,7 @@ void Simulation::release(int pointer) {
     throw std::invalid_argument("pointer " + std::to_string(pointer) + " holds nothing");
   }
   found->second.detach();
+  resting_ = false;
 }
 
 void Simulation::reset() {
@@ -127,6 +130,7 @@ void Simulation::reset() {
     if (pointer.grip()) pointer.detach();
   }
   yielding_joints_ = 0;
+  resting_ = false;
   failure_.clear();
 }
 
@@ -136,7 +140,8 @@ bool Simulation::advance() {
   const double cpu_begin = clock_us(CLOCK_THREAD_CPUTIME_ID);
   const double wall_begin = clock_us(CLOCK_MONOTONIC);
   const dynamics::StepReport report =
-      dynamics::step(model_, state_, workspace_, {nullptr, couplings_}, {1.0 / settings_.physics_hz, 1});
+      dynamics::step(model_, state_, workspace_, {.couplings = couplings_},
+                     {.step = 1.0 / settings_.physics_hz, .order = 1, .sleep_angle = dynamics::kSleepAngle});
   statistics_.record({clock_us(CLOCK_THREAD_CPUTIME_ID) - cpu_begin, clock_us(CLOCK_MONOTONIC) - wall_begin});
   if (report.status != dynamics::StepStatus::kOk) {
     failure_ = "step " + std::to_string(steps_ + 1) + " would not be finite; reset to go on";
@@ -145,8 +150,14 @@ bool Simulation::advance() {
   ++steps_;
   state_.time = static_cast<double>(steps_) / settings_.physics_hz;
   yielding_joints_ = report.yielding;
-  distribute_forces();
+  resting_ = report.resting;
+  if (!resting_) distribute_forces();
   return true;
+}
+
+void Simulation::rest(std::int64_t steps) {
+  steps_ += steps;
+  state_.time = static_cast<double>(steps_) / settings_.physics_hz;
 }
 
 void Simulation::collect_couplings() {

@@ -131,6 +131,9 @@ AdvanceReport advance(const Model& model, State& state, Workspace& workspace, co
                       const AdvanceOptions& options, StepSize& size) {
   Workspace::Data& data = workspace.data();
   data.reserve(inputs);
+  data.prepare(model, state, kMaxOrder);
+  if (data.sleepers.wake_all(state)) data.regroup(model, state, kMaxOrder, data.sleepers.wanted());
+  const Inputs& acting = data.group_inputs.map(inputs, data.groups);
   AdvanceReport report;
   Budget budget(options.most_solves);
   Experience last;
@@ -139,7 +142,7 @@ AdvanceReport advance(const Model& model, State& state, Workspace& workspace, co
     const double wanted = std::clamp(size.step, options.smallest_step, options.largest_step);
     const int wanted_order = std::clamp(size.order, kLowestOrder, kMaxOrder);
     const auto [h, order, forced] = choose_within(budget, left, wanted, wanted_order, last, options);
-    StepReport step = make_step(model, state, data, inputs, {.offset = done, .length = h}, order);
+    StepReport step = make_step(model, state, data, acting, {.offset = done, .length = h}, order);
     budget.take(step, order);
     report.solves += step.solves;
     report.run_solves += step.run_solves;

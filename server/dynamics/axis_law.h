@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "layfigure/dynamics/model.h"
 
@@ -26,6 +27,12 @@ inline Eigen::Vector3d axis_inverse_shape(const JointLaw& law) {
     if (law.shape.locked[k]) inverse[k] = 0.0;
   }
   return inverse;
+}
+
+/// No axis ever moves.
+inline bool is_welded(const JointLaw& law) {
+  const bool yields = std::isfinite(law.yield_torque) && !axis_inverse_shape(law).isZero(0.0);
+  return !yields && (axis_stiffness(law).array() == kRigidStiffness).all();
 }
 
 inline bool is_isotropic(const JointLaw& law) {

@@ -2,7 +2,6 @@
 
 #include "axis_law.h"
 #include "drives.h"
-#include "inertia.h"
 #include "kernel.h"
 #include "lane_transfer.h"
 
@@ -62,7 +61,7 @@ inline Vec3<T> move(const StepContext& context, const Plan<T>& plan, const std::
   const Constants<T>& body = plan.constants[slot];
   Moved<T>& moved = all[slot];
   const Quat<T> parent = of_parents(plan, all, slot, &Moved<T>::orientation);
-  moved.orientation = renormalized(parent * after.rotation);
+  moved.orientation = renormalized((body.mounted ? parent * body.mount : parent) * after.rotation);
   moved.shift = of_parents(plan, all, slot, &Moved<T>::shift) + (rotate(parent, body.anchor) - nodes[slot].r);
   if (body.roots) moved.shift += root_shift(context, plan, slot);
   return moved.shift + (rotate(moved.orientation, body.com) - nodes[slot].c);
@@ -201,23 +200,26 @@ inline Balance measure(const StepContext& context, const Plan<T>& plan, const st
   return balance;
 }
 
-std::vector<double> reaches(const Model& model) {
-  std::vector<double> origin;
-  std::vector<double> reach;
-  for (int i = 0; i < model.size(); ++i) {
-    const BodyDefinition& body = model.body(i);
-    origin.push_back(body.parent < 0 ? 0.0 : origin[body.parent] + body.anchor.norm());
-    reach.push_back(origin.back() + body.com.norm());
+/// The greatest distances of the groups' coms from their roots' origins; of their joints first.
+template <class T>
+void set_reaches(const Model& model, const RigidGroups& groups, BalanceRecords<T>& records) {
+  records.reach.resize(model.size());
+  records.weight_reach = 0.0;
+  for (const int i : groups.carriers()) {
+    const RigidGroup& group = groups.group(i);
+    records.reach[i] = group.parent < 0 ? 0.0 : records.reach[group.parent] + group.anchor.norm();
   }
-  return reach;
+  for (const int i : groups.carriers()) {
+    records.reach[i] += groups.group(i).com.norm();
+    records.weight_reach += groups.group(i).mass * records.reach[i];
+  }
 }
 
 template <class T>
-void set_body(const BodyDefinition& body, int k, EnergyConstants<T>& constants) {
-  const PrincipalInertia inertia = principal_inertia(body);
-  const Eigen::Vector3d stiffness = axis_stiffness(body.joint);
-  set_lane(constants.principal, k, Eigen::Quaterniond(inertia.axes));
-  set_lane(constants.inverse_moments, k, inertia.moments.cwiseInverse());
+void set_body(const RigidGroup& group, const JointLaw& law, int k, EnergyConstants<T>& constants) {
+  const Eigen::Vector3d stiffness = axis_stiffness(law);
+  set_lane(constants.principal, k, Eigen::Quaterniond(group.inertia.axes));
+  set_lane(constants.inverse_moments, k, group.inertia.moments.cwiseInverse());
   for (int axis = 0; axis < 3; ++axis) {
     const double compliance = stiffness[axis] > 0.0 ? 1.0 / stiffness[axis] : 0.0;
     math::set_lane(axis == 0   ? constants.compliance.x
@@ -225,30 +227,28 @@ void set_body(const BodyDefinition& body, int k, EnergyConstants<T>& constants) 
                                : constants.compliance.z,
                    k, compliance);
   }
-  math::set_lane(constants.inverse_mass, k, 1.0 / body.mass);
+  math::set_lane(constants.inverse_mass, k, 1.0 / group.mass);
 }
 
 }  // namespace
 
 template <class T>
-BalanceRecords<T> make_balance_records(const Model& model, const Schedule& schedule) {
-  const BodyDefinition idle;
-  BalanceRecords<T> records;
+void set_records(const Model& model, const RigidGroups& groups, const Schedule& schedule, BalanceRecords<T>& records) {
   records.constants.resize(schedule.size());
   records.moved.resize(schedule.size() + 1);
-  records.reach = reaches(model);
-  for (int i = 0; i < model.size(); ++i) records.weight_reach += model.body(i).mass * records.reach[i];
+  set_reaches(model, groups, records);
   for (int slot = 0; slot < schedule.size(); ++slot) {
     for (int k = 0; k < schedule.lanes(); ++k) {
       const Task& task = schedule.tasks(slot)[k];
-      set_body(task.copy < 0 ? idle : model.body(task.body), k, records.constants[slot]);
-      math::set_lane(records.constants[slot].active, k, task.copy < 0 ? 0.0 : 1.0);
+      const bool idle = task.copy < 0;
+      set_body(idle ? idle_group() : groups.group(task.body), idle ? JointLaw{} : model.body(task.body).joint, k,
+               records.constants[slot]);
+      math::set_lane(records.constants[slot].active, k, idle ? 0.0 : 1.0);
     }
   }
-  return records;
 }
-template BalanceRecords<double> make_balance_records(const Model& model, const Schedule& schedule);
-template BalanceRecords<math::Lanes4> make_balance_records(const Model& model, const Schedule& schedule);
+template void set_records(const Model&, const RigidGroups&, const Schedule&, BalanceRecords<double>&);
+template void set_records(const Model&, const RigidGroups&, const Schedule&, BalanceRecords<math::Lanes4>&);
 
 LAYFIGURE_KERNEL
 Balance measure_balance(const StepContext& context, const Plan<double>& plan, const std::vector<Node<double>>& nodes,

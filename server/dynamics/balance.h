@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "rigid_groups.h"
 #include "run.h"
 
 /// The energy balance of one base step of one run, measured on the states before and after it.
@@ -30,7 +31,7 @@ template <class T>
 struct BalanceRecords {
   std::vector<EnergyConstants<T>> constants;
   std::vector<Moved<T>> moved;  ///< one more than slots, for the world
-  std::vector<double> reach;    ///< of each body: greatest distance of its com from its root's origin [m]
+  std::vector<double> reach;    ///< of each carrier: greatest distance of its com from its root's origin [m]
   double weight_reach{0.0};     ///< sum of mass times reach [kg m]
 };
 
@@ -51,9 +52,8 @@ Balance measure_balance(const StepContext& context, const Plan<double>& plan, co
 Balance measure_balance(const StepContext& context, const Plan<math::Lanes4>& plan,
                         const std::vector<Node<math::Lanes4>>& nodes, BalanceRecords<math::Lanes4>& records);
 
+/// Makes the records those of the groups. Allocates nothing where there are fewer than before.
 template <class T>
-[[nodiscard]] BalanceRecords<T> make_balance_records(const Model& model, const Schedule& schedule);
-extern template BalanceRecords<double> make_balance_records(const Model& model, const Schedule& schedule);
-extern template BalanceRecords<math::Lanes4> make_balance_records(const Model& model, const Schedule& schedule);
+void set_records(const Model& model, const RigidGroups& groups, const Schedule& schedule, BalanceRecords<T>& records);
 
 }  // namespace layfigure::dynamics

@@ -82,9 +82,10 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   const Bodies<T> now = read_bodies(context, plan, slot);
   Node<T>& node = nodes[slot];
   node.h = step_lengths(context, plan, slot);
-  const Quat<T> parent = of_parents(plan, nodes, slot, &Node<T>::orientation);
+  const Quat<T> carrier = of_parents(plan, nodes, slot, &Node<T>::orientation);
+  const Quat<T> parent = body.mounted ? carrier * body.mount : carrier;
   node.orientation = renormalized(parent * now.rotation);
-  node.r = rotate(parent, body.anchor);
+  node.r = rotate(carrier, body.anchor);
   const Mat3<T> R = matrix(node.orientation);
   update_strain(body, now, R, node);
   node.c = R * body.com;

@@ -49,11 +49,13 @@ void ConstraintSet::gather(const StepContext& context, const Plan<T>& plan, cons
   const Inputs& inputs = *context.inputs;
   const Copy& run = context.copies[copy];
   for (std::size_t i = 0; i < inputs.contacts.size(); ++i) {
+    if (inputs.contacts[i].body_a == inputs.contacts[i].body_b) continue;  // one rigid body
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_a);
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_b);
     add(contact_block(tree_, inputs.contacts[i], static_cast<int>(i), run.h, run.offset), run.h);
   }
   for (std::size_t i = 0; i < inputs.ties.size(); ++i) {
+    if (inputs.ties[i].body_a == inputs.ties[i].body_b) continue;
     tree_.touch(context, plan, nodes, copy, inputs.ties[i].body_a);
     tree_.touch(context, plan, nodes, copy, inputs.ties[i].body_b);
     add(tie_block(tree_, inputs.ties[i], static_cast<int>(i), run.h), run.h);
@@ -107,8 +109,9 @@ void ConstraintSet::take_limits(const StepContext& context, const Plan<T>& plan,
     const LimitState state = limit_state(limits, run.from[body].rotation);
     math::set_lane(node.slack, lane, state.slack);
     tree_.touch(context, plan, nodes, copy, body);
-    const int parent = tree_.at(body).parent;
-    const Eigen::Quaterniond R_WP = parent < 0 ? Eigen::Quaterniond::Identity() : tree_.at(parent).rotation;
+    const int carrier = tree_.at(body).parent;
+    const Eigen::Quaterniond R_WC = carrier < 0 ? Eigen::Quaterniond::Identity() : tree_.at(carrier).rotation;
+    const Eigen::Quaterniond R_WP = R_WC * math::lane(plan.constants[plan.schedule.slot_of(copy, body)].mount, lane);
     limited_.push_back({.body = body, .state = state, .axes = (R_WP * reference_axes(limits)).toRotationMatrix()});
     take_bounds(limited_.back(), context, plan, nodes, copy);
   }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "layfigure/dynamics/model.h"
+#include "rigid_groups.h"
 #include "run.h"
 
 /// A bound of the energy that a base step under gravity alone may create, that costs little beside the step.
@@ -75,7 +76,19 @@ inline bool surely_dissipative(const BoundSums<T>& sums, double h, double gravit
   return h * h * created + kTorqueRounding * h * math::total(sums.noise) <= lost;
 }
 
+/// The lengths and masses of the skeleton that the bound needs, of each carrier.
+struct Levers {
+  explicit Levers(const RigidGroups& groups);
+  void measure(const RigidGroups& groups);
+
+  std::vector<double> carried;  ///< mass of the group and all behind it
+  std::vector<double> own;
+  std::vector<double> behind;  ///< of the group and all behind it
+};
+
+/// One entry per slot.
 template <class T>
-[[nodiscard]] std::vector<BoundConstants<T>> make_bound_constants(const Model& model, const Schedule& schedule);
+void set_bounds(const Model& model, const RigidGroups& groups, const Levers& levers, const Schedule& schedule,
+                std::vector<BoundConstants<T>>& bounds);
 
 }  // namespace layfigure::dynamics

@@ -58,7 +58,8 @@ inline DriveTerms drive_terms(const StepContext& context, const Plan<T>& plan, c
   const double B = jointed ? drive.damping : 0.0;
   const Copy& run = context.copies[copy];
   const Task& task = plan.schedule.tasks(terms.slot)[terms.lane];
-  const Quat<double> parent = math::lane_of(nodes[task.parent_slot].orientation, task.parent_lane);
+  const Quat<double> parent =
+      math::lane_of(nodes[task.parent_slot].orientation, task.parent_lane) * math::lane_of(constants.mount, terms.lane);
   const auto target_velocity = math::broadcast<double>(drive.target_velocity);
   const Quat<double> wanted =
       math::exp_rotation(scaled(target_velocity, run.offset + run.h)) * math::broadcast<double>(drive.target_rotation);

@@ -36,44 +36,52 @@ using Pack = math::Lanes4;
 using Runs = std::array<std::vector<BodyState>, kMaxOrder>;
 using Rotation = Eigen::Quaterniond BodyState::*;
 
-/// Rotations of up to four bodies from `first` on in one run, side by side; behind the last body, the last again.
-Quat<Pack> rotations_of(const std::vector<BodyState>& run, Rotation member, std::size_t first) {
-  const std::size_t last = run.size() - 1;
+/// The bodies that runs hold, in packs: behind the last body, the last again.
+struct Carriers {
+  const std::vector<int>& indices;
+  [[nodiscard]] int at(std::size_t place) const { return indices[std::min(place, indices.size() - 1)]; }
+};
+
+/// Rotations of up to four bodies from the one at place `first` on in one run, side by side.
+Quat<Pack> rotations_of(const std::vector<BodyState>& run, Rotation member, Carriers carriers, std::size_t first) {
   return math::quaternion_from_lanes<Pack>(
-      [&](int k) -> const Eigen::Quaterniond& { return run[std::min(first + k, last)].*member; });
+      [&](int k) -> const Eigen::Quaterniond& { return run[carriers.at(first + k)].*member; });
 }
 
 /// Weighted sum of the runs' rotations from the finest one on, by the log map. Weights that sum to one make it a
 /// weighted mean, in which the weight of the finest itself does not show.
-Vec3<Pack> combine(const Runs& runs, Rotation member, std::size_t first, const double* weights, int order) {
-  const Quat<Pack> finest = conjugate(rotations_of(runs[order - 1], member, first));
+Vec3<Pack> combine(const Runs& runs, Rotation member, Carriers carriers, std::size_t first, const double* weights,
+                   int order) {
+  const Quat<Pack> finest = conjugate(rotations_of(runs[order - 1], member, carriers, first));
   Vec3<Pack> sum{};
   for (int k = 0; k + 1 < order; ++k) {
-    sum += scaled(math::log_rotation(finest * rotations_of(runs[k], member, first)), weights[k]);
+    sum += scaled(math::log_rotation(finest * rotations_of(runs[k], member, carriers, first)), weights[k]);
   }
   return sum;
 }
 
 /// Puts the combined rotations in the place of the finest run's, where the runs differ at all.
 LAYFIGURE_KERNEL
-void extrapolate_rotations(Runs& runs, Rotation member, const double* weights, int order) {
+void extrapolate_rotations(Runs& runs, Rotation member, Carriers carriers, const double* weights, int order) {
   std::vector<BodyState>& finest = runs[order - 1];
-  for (std::size_t first = 0; first < finest.size(); first += math::LaneTraits<Pack>::kCount) {
-    const Vec3<Pack> correction = combine(runs, member, first, weights, order);
+  for (std::size_t first = 0; first < carriers.indices.size(); first += math::LaneTraits<Pack>::kCount) {
+    const Vec3<Pack> correction = combine(runs, member, carriers, first, weights, order);
     const Pack size = dot(correction, correction);
     if (!math::any(size > Pack(0.0))) continue;
-    const Quat<Pack> mean = renormalized(rotations_of(finest, member, first) * math::exp_rotation(correction));
-    for (std::size_t k = 0; k < math::LaneTraits<Pack>::kCount && first + k < finest.size(); ++k) {
-      if (math::lane(size, static_cast<int>(k)) > 0.0) finest[first + k].*member = lane(mean, static_cast<int>(k));
+    const Quat<Pack> mean =
+        renormalized(rotations_of(finest, member, carriers, first) * math::exp_rotation(correction));
+    for (std::size_t k = 0; k < math::LaneTraits<Pack>::kCount && first + k < carriers.indices.size(); ++k) {
+      if (math::lane(size, static_cast<int>(k)) <= 0.0) continue;
+      finest[carriers.indices[first + k]].*member = lane(mean, static_cast<int>(k));
     }
   }
 }
 
 LAYFIGURE_KERNEL
-double largest_correction(const Runs& runs, const double* weights, int order) {
+double largest_correction(const Runs& runs, Carriers carriers, const double* weights, int order) {
   Pack largest(0.0);
-  for (std::size_t first = 0; first < runs[0].size(); first += math::LaneTraits<Pack>::kCount) {
-    const Vec3<Pack> difference = combine(runs, &BodyState::rotation, first, weights, order);
+  for (std::size_t first = 0; first < carriers.indices.size(); first += math::LaneTraits<Pack>::kCount) {
+    const Vec3<Pack> difference = combine(runs, &BodyState::rotation, carriers, first, weights, order);
     largest = math::maximum(largest, dot(difference, difference));
   }
   double most = 0.0;
@@ -83,9 +91,10 @@ double largest_correction(const Runs& runs, const double* weights, int order) {
 
 }  // namespace
 
-void take_loads(const Loads& loads, double time, Copy& copy) {
+void take_loads(const Loads& loads, double time, const RigidGroups& groups, Copy& copy) {
   std::fill(copy.loads.begin(), copy.loads.end(), BodyForce{});
   loads.add(time, copy.loads);
+  carry_loads(groups, copy);
 }
 
 StepReport make_runs(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
@@ -102,7 +111,9 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
       copy.h = interval.length / (k + 1);
       copy.offset = interval.offset + sub * copy.h;
       if (sub == 0) copy.work = {};
-      if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time + (sub + 1) * copy.h, copy);
+      if (inputs.loads != nullptr) {
+        take_loads(*inputs.loads, state.time + (sub + 1) * copy.h, data.groups, copy);
+      }
     }
     const Eigen::Vector3d& g = model.gravity();
     const SolveReport solved = data.base_step({.model = &model,
@@ -125,7 +136,7 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
 
 void extrapolate(Workspace::Data& data, int order) {
   const double* weights = kWeights[order - 1].data();
-  for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
+  for (const int i : data.groups.carriers()) {
     BodyState& body = data.runs[order - 1][i];
     body.limit_slack = 0.0;  // the slack was that of the finest run's rotations
     double flow = weights[order - 1] * body.flow;
@@ -137,21 +148,29 @@ void extrapolate(Workspace::Data& data, int order) {
       body.*member = sum;
     }
   }
-  extrapolate_rotations(data.runs, &BodyState::rotation, weights, order);
-  if (data.flows) extrapolate_rotations(data.runs, &BodyState::rest_rotation, weights, order);
+  const Carriers carriers{data.groups.carriers()};
+  extrapolate_rotations(data.runs, &BodyState::rotation, carriers, weights, order);
+  if (data.flows) extrapolate_rotations(data.runs, &BodyState::rest_rotation, carriers, weights, order);
 }
 
 void take_result(Workspace::Data& data, int order, double length, State& state, StepReport& report) {
-  std::swap(state.bodies, data.runs[order - 1]);
+  const std::vector<int>& carriers = data.groups.carriers();
+  std::vector<BodyState>& result = data.runs[order - 1];
+  if (carriers.size() == state.bodies.size()) {
+    std::swap(state.bodies, result);
+  } else {
+    for (const int i : carriers) state.bodies[i] = result[i];
+  }
   state.time += length;
   report.work = data.copies[order - 1].work;
   const std::vector<ConstraintMemory>& memory = data.constraints[order - 1].memory();
   state.constraints.assign(memory.begin(), memory.end());
-  for (const BodyState& body : state.bodies) report.yielding += body.yielding ? 1 : 0;
+  for (const int i : carriers) report.yielding += state.bodies[i].yielding ? 1 : 0;
+  report.asleep = static_cast<int>(data.groups.riders().size());
 }
 
 double extrapolation_error(const Workspace::Data& data, int order) {
-  return largest_correction(data.runs, kErrorWeights[order - 1].data(), order);
+  return largest_correction(data.runs, Carriers{data.groups.carriers()}, kErrorWeights[order - 1].data(), order);
 }
 
 }  // namespace layfigure::dynamics

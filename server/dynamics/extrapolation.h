@@ -11,8 +11,8 @@ struct Interval {
   double length{0.0};  ///< [s]
 };
 
-/// What the loads are at `time`, for the copy's next sub-step.
-void take_loads(const Loads& loads, double time, Copy& copy);
+/// What the loads are at `time`, for the copy's next sub-step from the bodies that it has been given.
+void take_loads(const Loads& loads, double time, const RigidGroups& groups, Copy& copy);
 
 /// Makes `order` runs from `state`, all over the whole interval: run k, in data.runs[k], has k + 1 sub-steps. All runs
 /// that still have sub-steps to make, make them together.

@@ -13,13 +13,21 @@ struct PrincipalInertia {
   Eigen::Matrix3d axes;     ///< R_BI: the principal axes as columns, right-handed
 };
 
-inline PrincipalInertia principal_inertia(const BodyDefinition& body) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(body.inertia);
-  PrincipalInertia principal{
-      .moments = solver.eigenvalues().cwiseMax(kSmallestGyration * kSmallestGyration * body.mass),
-      .axes = solver.eigenvectors()};
+inline PrincipalInertia principal_inertia(double mass, const Eigen::Matrix3d& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+  PrincipalInertia principal{.moments = solver.eigenvalues().cwiseMax(kSmallestGyration * kSmallestGyration * mass),
+                             .axes = solver.eigenvectors()};
   if (principal.axes.determinant() < 0.0) principal.axes.col(0) *= -1.0;
   return principal;
+}
+
+inline Eigen::Matrix3d inertia_matrix(const PrincipalInertia& inertia) {
+  return inertia.axes * inertia.moments.asDiagonal() * inertia.axes.transpose();
+}
+
+/// I^-1 momentum, in the body's axes.
+inline Eigen::Vector3d spin_of(const PrincipalInertia& inertia, const Eigen::Vector3d& momentum) {
+  return inertia.axes * (inertia.axes.transpose() * momentum).cwiseQuotient(inertia.moments);
 }
 
 }  // namespace layfigure::dynamics

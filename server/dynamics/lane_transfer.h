@@ -147,6 +147,8 @@ inline void write_bodies(const StepContext& context, const Plan<T>& plan, int sl
     state.yield_scale = math::lane(bodies.yield_scale, k);
     state.yielding = math::lane(node.linearized.flowing, k) > 0.0;
     state.limit_slack = math::lane(bodies.limit_slack, k);
+    state.rest_time = copy.from[task.body].rest_time;
+    state.asleep = false;
   }
 }
 

@@ -27,16 +27,16 @@ struct Attempt {
 };
 
 void take_back_turning(const Workspace::Data& data, double part, BodyState* bodies) {
-  for (std::size_t i = 0; i < data.runs[0].size(); ++i) {
-    const auto [spin, turning] = data.turning_of(static_cast<int>(i));
+  for (const int i : data.groups.carriers()) {
+    const auto [spin, turning] = data.turning_of(i);
     if (turning > 0.0) bodies[i].angular_momentum *= std::sqrt(std::max(1.0 - part * turning / spin, 0.0));
   }
 }
 
-void scale_momenta(double factor, std::span<BodyState> bodies) {
-  for (BodyState& body : bodies) {
-    body.linear_momentum *= factor;
-    body.angular_momentum *= factor;
+void scale_momenta(double factor, const std::vector<int>& carriers, BodyState* bodies) {
+  for (const int i : carriers) {
+    bodies[i].linear_momentum *= factor;
+    bodies[i].angular_momentum *= factor;
   }
 }
 
@@ -49,7 +49,7 @@ bool settle(Workspace::Data& data, Attempt& attempt) {
   const double left = kinetic - rest;
   if (rest > 0.0 && !(left >= (1.0 - kLargestCut) * kinetic)) return false;
   if (turning > 0.0) take_back_turning(data, turning / balance.turning, data.copies[0].to);
-  if (rest > 0.0) scale_momenta(std::sqrt(left / kinetic), {data.copies[0].to, data.runs[0].size()});
+  if (rest > 0.0) scale_momenta(std::sqrt(left / kinetic), data.groups.carriers(), data.copies[0].to);
   attempt.taken = attempt.excess;
   return true;
 }
@@ -82,7 +82,9 @@ bool keeps_ledger(Workspace::Data& data, Attempt& attempt) {
 
 /// Makes the attempt end earlier on its way until that keeps the ledger. False if it never does.
 bool shorten(const StepContext& context, Workspace::Data& data, Attempt& attempt) {
-  double part = std::min(0.5, kShortTurn / data.largest_turn());
+  const double turn = data.largest_turn();
+  if (!std::isfinite(turn)) return attempt.solved.finite = false;
+  double part = std::min(0.5, kShortTurn / turn);
   for (int k = 0; k < kShortenings; ++k) {
     data.copies[0].work = {};
     const SolveReport report = data.shorten(context, part, attempt.solved.constrained);
@@ -126,7 +128,9 @@ StepReport make_base_steps(const Model& model, const State& state, Workspace::Da
     copy.to = data.runs[1].data();
     copy.h = interval.length * parts / kParts;
     copy.offset = interval.offset + begun;
-    if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time + begun + copy.h, copy);
+    if (inputs.loads != nullptr) {
+      take_loads(*inputs.loads, state.time + begun + copy.h, data.groups, copy);
+    }
     Attempt attempt = attempt_step(context, data);
     report.solves += attempt.solved.solves;
     report.run_solves = report.solves;

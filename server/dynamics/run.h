@@ -17,11 +17,13 @@ using math::Quat;
 using math::Sym3;
 using math::Vec3;
 
-/// What the solver needs of the bodies' definitions, in one cache-friendly record per slot.
+/// What the solver needs of the bodies, each with those that ride on it (rigid_groups.h), in one cache-friendly record
+/// per slot.
 template <class T>
 struct Constants {
   T mass;
-  Vec3<T> anchor;
+  Quat<T> mount;   ///< of the joint's own parent in the frame of what carries it
+  Vec3<T> anchor;  ///< in that frame
   Vec3<T> com;
   // I = inertia 1 + u u^T + v v^T about the com, in the body's axes: always symmetric and positive semidefinite.
   T inertia;
@@ -38,6 +40,7 @@ struct Constants {
   T free;          ///< 1 for a root that no joint holds
   T fixed;         ///< 1 for a root that is welded to the world
   T anisotropic;   ///< 1 where the joint's law differs between the axes, 0 elsewhere
+  bool mounted;    ///< some lane's mount is not the identity
   bool roots;      ///< some lane is free or fixed
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits

@@ -1,82 +1,110 @@
 #include "schedule.h"
 
 #include <algorithm>
-#include <queue>
 #include <tuple>
 
 namespace layfigure::dynamics {
 namespace {
 
-/// Length of the longest path from each body down to a leaf.
-std::vector<int> heights(const std::vector<int>& parents) {
-  std::vector<int> height(parents.size(), 0);
-  for (int i = static_cast<int>(parents.size()) - 1; i >= 0; --i) {
-    if (parents[i] >= 0) height[parents[i]] = std::max(height[parents[i]], height[i] + 1);
-  }
-  return height;
-}
-
-struct Ready {
-  int height;
-  int copy;
-  int body;
-  /// The highest first, then copy by copy and in tree order, so that the schedule is the same every time.
-  bool operator<(const Ready& other) const {
-    return std::tie(height, other.copy, other.body) < std::tie(other.height, copy, body);
-  }
-};
+constexpr int kNone = -1;
 
 }  // namespace
 
+/// The highest first, then copy by copy and in tree order, so that the schedule is the same every time.
+bool Schedule::Ready::operator<(const Ready& other) const {
+  return std::tie(height, other.copy, other.body) < std::tie(other.height, copy, body);
+}
+
 Schedule::Schedule(const std::vector<int>& parents, int copies, int lanes)
     : lanes_(lanes), copies_(copies), bodies_(static_cast<int>(parents.size())), place_(copies * parents.size()) {
-  const std::vector<int> height = heights(parents);
-  std::vector<std::vector<int>> children(parents.size());
-  std::priority_queue<Ready> ready;
-  for (int i = 0; i < bodies_; ++i) {
-    if (parents[i] >= 0) children[parents[i]].push_back(i);
-  }
-  for (int copy = 0; copy < copies; ++copy) {
+  ready_.reserve(place_.size());
+  chosen_.reserve(lanes);
+  arrange(parents);
+}
+
+void Schedule::arrange(const std::vector<int>& parents) {
+  tasks_.clear();
+  aligned_.clear();
+  parent_slot_.clear();
+  measure_heights(parents);
+  for (int copy = 0; copy < copies_; ++copy) {
     for (int i = 0; i < bodies_; ++i) {
-      if (parents[i] < 0) ready.push({height[i], copy, i});
+      if (parents[i] == -1) make_ready({height_[i], copy, i});
     }
   }
-  while (!ready.empty()) {
-    const int slot = static_cast<int>(tasks_.size()) / lanes;
-    tasks_.resize(tasks_.size() + lanes);
-    std::vector<Ready> chosen;
-    for (; static_cast<int>(chosen.size()) < lanes && !ready.empty(); ready.pop()) chosen.push_back(ready.top());
-    const auto put = [&](const Ready& task, int lane) {
-      tasks_[slot * lanes + lane].copy = task.copy;
-      tasks_[slot * lanes + lane].body = task.body;
-      place_[task.copy * bodies_ + task.body] = slot * lanes + lane;
-    };
-    // A body takes its parent's lane if it can, so that packs stay aligned.
-    std::vector<Ready> rest;
-    for (const Ready& task : chosen) {
-      const int parent = parents[task.body];
-      const int lane = parent < 0 ? task.copy % lanes : lane_of(task.copy, parent);
-      tasks_[slot * lanes + lane].copy < 0 ? put(task, lane) : rest.push_back(task);
-    }
-    for (const Ready& task : rest) {
-      int lane = 0;
-      while (tasks_[slot * lanes + lane].copy >= 0) ++lane;
-      put(task, lane);
-    }
-    for (const Ready& task : chosen) {
-      for (int child : children[task.body]) ready.push({height[child], task.copy, child});
+  while (!ready_.empty()) fill_slot(parents);
+  link_parents(parents);
+}
+
+void Schedule::measure_heights(const std::vector<int>& parents) {
+  height_.assign(bodies_, 0);
+  first_child_.assign(bodies_, kNone);
+  next_sibling_.assign(bodies_, kNone);
+  for (int i = bodies_ - 1; i >= 0; --i) {
+    const int parent = parents[i];
+    if (parent < 0) continue;
+    height_[parent] = std::max(height_[parent], height_[i] + 1);
+    next_sibling_[i] = first_child_[parent];
+    first_child_[parent] = i;
+  }
+}
+
+void Schedule::make_ready(const Ready& task) {
+  ready_.push_back(task);
+  std::push_heap(ready_.begin(), ready_.end());
+}
+
+Schedule::Ready Schedule::take_first() {
+  std::pop_heap(ready_.begin(), ready_.end());
+  const Ready first = ready_.back();
+  ready_.pop_back();
+  return first;
+}
+
+/// A body takes its parent's lane if it can, so that packs stay aligned.
+void Schedule::fill_slot(const std::vector<int>& parents) {
+  const int slot = static_cast<int>(tasks_.size()) / lanes_;
+  tasks_.resize(tasks_.size() + lanes_);
+  Task* const lane = &tasks_[slot * lanes_];
+  const auto put = [&](const Ready& task, int k) {
+    lane[k].copy = task.copy;
+    lane[k].body = task.body;
+    place_[task.copy * bodies_ + task.body] = slot * lanes_ + k;
+  };
+  const auto wanted_lane = [&](const Ready& task) {
+    const int parent = parents[task.body];
+    return parent < 0 ? task.copy % lanes_ : lane_of(task.copy, parent);
+  };
+  chosen_.clear();
+  while (static_cast<int>(chosen_.size()) < lanes_ && !ready_.empty()) chosen_.push_back(take_first());
+  for (const Ready& task : chosen_) {
+    if (lane[wanted_lane(task)].copy < 0) put(task, wanted_lane(task));
+  }
+  int free = 0;
+  for (const Ready& task : chosen_) {
+    const Task& there = lane[wanted_lane(task)];
+    if (there.copy == task.copy && there.body == task.body) continue;
+    while (lane[free].copy >= 0) ++free;
+    put(task, free);
+  }
+  for (const Ready& task : chosen_) {
+    for (int child = first_child_[task.body]; child != kNone; child = next_sibling_[child]) {
+      make_ready({height_[child], task.copy, child});
     }
   }
-  const int slots = static_cast<int>(tasks_.size()) / lanes;
+}
+
+void Schedule::link_parents(const std::vector<int>& parents) {
+  const int slots = static_cast<int>(tasks_.size()) / lanes_;
   for (std::size_t k = 0; k < tasks_.size(); ++k) {
     Task& task = tasks_[k];
     const int parent = task.copy < 0 ? -1 : parents[task.body];
     task.parent_slot = parent < 0 ? slots : slot_of(task.copy, parent);
-    task.parent_lane = parent < 0 ? static_cast<int>(k) % lanes : lane_of(task.copy, parent);
+    task.parent_lane = parent < 0 ? static_cast<int>(k) % lanes_ : lane_of(task.copy, parent);
   }
   for (int slot = 0; slot < slots; ++slot) {
     const Task* lane = tasks(slot);
-    parent_slot_.push_back(std::find_if(lane, lane + lanes, [](const Task& t) { return t.copy >= 0; })->parent_slot);
+    parent_slot_.push_back(std::find_if(lane, lane + lanes_, [](const Task& t) { return t.copy >= 0; })->parent_slot);
     aligned_.push_back(is_aligned(slot));
   }
 }

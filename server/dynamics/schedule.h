@@ -17,8 +17,14 @@ struct Task {
 /// whatever is ready: limbs beside each other, and the runs of an extrapolation. Slot size() stands for the world.
 class Schedule {
  public:
-  /// List scheduling, the longest remaining path first. O(copies n log n). `parents` in tree order, -1 for roots.
+  /// What stands for the parent of a body that has no place in the schedule.
+  static constexpr int kAbsent = -2;
+
+  /// List scheduling, the longest remaining path first. O(copies n log n). `parents` in tree order, -1 for roots,
+  /// kAbsent for bodies to leave out, which are nobody's parents.
   Schedule(const std::vector<int>& parents, int copies, int lanes);
+  /// Arranges as many bodies anew; allocates nothing where a body more is absent than before.
+  void arrange(const std::vector<int>& parents);
 
   [[nodiscard]] int size() const { return static_cast<int>(aligned_.size()); }
   [[nodiscard]] int lanes() const { return lanes_; }
@@ -32,6 +38,19 @@ class Schedule {
   [[nodiscard]] int lane_of(int copy, int body) const { return place_[copy * bodies_ + body] % lanes_; }
 
  private:
+  /// A body that may be put into a slot.
+  struct Ready {
+    int height;
+    int copy;
+    int body;
+    [[nodiscard]] bool operator<(const Ready& other) const;
+  };
+
+  void measure_heights(const std::vector<int>& parents);
+  void make_ready(const Ready& task);
+  [[nodiscard]] Ready take_first();
+  void fill_slot(const std::vector<int>& parents);
+  void link_parents(const std::vector<int>& parents);
   [[nodiscard]] bool is_aligned(int slot) const;
 
   int lanes_;
@@ -41,6 +60,12 @@ class Schedule {
   std::vector<int> place_;   ///< slot * lanes + lane, of each body of each copy
   std::vector<char> aligned_;
   std::vector<int> parent_slot_;
+  // scratch of arrange()
+  std::vector<int> height_;  ///< length of the longest path from each body down to a leaf
+  std::vector<int> first_child_;
+  std::vector<int> next_sibling_;
+  std::vector<Ready> ready_;  ///< a heap
+  std::vector<Ready> chosen_;
 };
 
 }  // namespace layfigure::dynamics

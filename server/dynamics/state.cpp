@@ -1,14 +1,17 @@
 #include "layfigure/dynamics/state.h"
 
 #include "axis_law.h"
-#include "inertia.h"
 #include "layfigure/math/rotation.h"
+#include "rigid_groups.h"
 
 namespace layfigure::dynamics {
 namespace {
 
-double rotational_energy(const BodyDefinition& body, const Eigen::Vector3d& momentum_B) {
-  const PrincipalInertia inertia = principal_inertia(body);
+double strain_of(const BodyState& body) {
+  return math::log_rotation(body.rest_rotation.conjugate() * body.rotation).norm();
+}
+
+double rotational_energy(const PrincipalInertia& inertia, const Eigen::Vector3d& momentum_B) {
   return 0.5 * (inertia.axes.transpose() * momentum_B).cwiseAbs2().cwiseQuotient(inertia.moments).sum();
 }
 
@@ -29,9 +32,23 @@ State initial_state(const Model& model) {
                             .flow = 0.0,
                             .yield_scale = 1.0,
                             .limit_slack = 0.0,
-                            .yielding = false});
+                            .rest_time = 0.0,
+                            .yielding = false,
+                            .asleep = false});
+    BodyState& now = state.bodies.back();
+    now.asleep = body.parent >= 0 && is_welded(body.joint) && strain_of(now) <= 1.0 / kRigidStiffness;
   }
   return state;
+}
+
+void wake(const Model& model, State& state) {
+  RigidGroups groups(model);
+  groups.assign(model, state);
+  std::vector<char> asleep(model.size());
+  for (int i = 0; i < model.size(); ++i) asleep[i] = state.bodies[i].asleep && is_welded(model.body(i).joint) ? 1 : 0;
+  groups.regroup(model, state, asleep);
+  for (BodyState& body : state.bodies) body.rest_time = 0.0;
+  state.rest = {};
 }
 
 void world_poses(const Model& model, const State& state, std::vector<BodyPose>& poses) {
@@ -56,12 +73,19 @@ Energy energy(const Model& model, const State& state) {
   std::vector<BodyPose> poses;
   world_poses(model, state, poses);
   std::vector<double> reach(model.size());
+  State united = state;
+  RigidGroups groups(model);
+  groups.assign(model, united);
   Energy sum{.kinetic = 0.0, .gravitational = 0.0, .elastic = 0.0, .rounding = 0.0};
   for (int i = 0; i < model.size(); ++i) {
     const BodyDefinition& body = model.body(i);
     const BodyState& now = state.bodies[i];
-    sum.kinetic += 0.5 * now.linear_momentum.squaredNorm() / body.mass;
-    sum.kinetic += rotational_energy(body, poses[i].rotation.conjugate() * now.angular_momentum);
+    if (!groups.rides(i)) {
+      const RigidGroup& group = groups.group(i);
+      const BodyState& moving = united.bodies[i];
+      sum.kinetic += 0.5 * moving.linear_momentum.squaredNorm() / group.mass;
+      sum.kinetic += rotational_energy(group.inertia, poses[i].rotation.conjugate() * moving.angular_momentum);
+    }
     sum.gravitational -= body.mass * model.gravity().dot(poses[i].com);
     // The errors of a position are those of the whole way to it.
     reach[i] = body.parent < 0 ? now.position.norm() : reach[body.parent] + body.anchor.norm();

@@ -1,19 +1,26 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "balance.h"
 #include "constraint_set.h"
+#include "group_inputs.h"
+#include "plan.h"
 #include "run.h"
+#include "sleepers.h"
 
 namespace layfigure::dynamics {
 
 struct Workspace::Data {
   explicit Data(const Model& model);
 
+  /// Makes room for what so many inputs exert.
   void reserve(const Inputs& inputs);
+  /// Groups the bodies as the state has them, for steps of up to `order`.
+  void prepare(const Model& model, State& state, int order);
+  /// Lets these bodies sleep and no others.
+  void regroup(const Model& model, State& state, int order, const std::vector<char>& asleep);
 
   SolveReport base_step(const StepContext& context);
 
@@ -21,25 +28,38 @@ struct Workspace::Data {
   double largest_turn() const;
   SolveReport shorten(const StepContext& context, double part, bool constrained);
   Balance measure_balance(const StepContext& context);
-  /// Rotational energy of a body and what turning added to it, as measure_balance() found them [J].
+  /// Rotational energy of a group and what turning added to it, as measure_balance() found them [J].
   struct Turning {
     double spin;
     double added;
   };
-  [[nodiscard]] Turning turning_of(int body) const;
+  [[nodiscard]] Turning turning_of(int carrier) const;
+  /// R_WC at its beginning.
+  [[nodiscard]] Eigen::Quaterniond orientation_of(int carrier) const;
 
-  std::optional<Plan<double>> narrow;     ///< one copy, body by body
-  std::vector<Plan<math::Lanes4>> plans;  ///< from one copy, or from two beside `narrow`, to kMaxOrder
+  RigidGroups groups;
+  Levers levers;
+  bool goes_narrow{false};                ///< a single run goes group by group
+  Plan<double> narrow;                    ///< of one copy
+  std::vector<Plan<math::Lanes4>> plans;  ///< of 1, 2, .. kMaxOrder copies
   std::vector<Node<double>> narrow_nodes;
   std::vector<Node<math::Lanes4>> nodes;
-  // of the plan for one copy: one of the two is empty
+  // of the plans of one copy
   BalanceRecords<double> narrow_records;
   BalanceRecords<math::Lanes4> records;
-  std::array<std::vector<BodyState>, kMaxOrder> runs;
+  std::array<std::vector<BodyState>, kMaxOrder> runs;  ///< of the carriers
   std::array<Copy, kMaxOrder> copies;
   std::array<ConstraintSet, kMaxOrder> constraints;
+  Sleepers sleepers;
+  std::vector<BodyForce> loads;  ///< of the step's end, on all bodies
+  GroupInputs group_inputs;
   bool flows{false};  ///< some joint can flow
   int finest{0};      ///< copy of the last step whose coupling forces count
+
+ private:
+  void arrange(const Model& model, int count);
+
+  std::array<int, kMaxOrder> arranged_;  ///< version of the groups that each of the plans is for
 };
 
 }  // namespace layfigure::dynamics

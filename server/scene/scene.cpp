@@ -22,27 +22,16 @@ struct Radius {
   double operator()(const collision::Plane&) const { return 0.0; }
 };
 
-/// What bounds how far a body's surface gets in a step.
-struct Extent {
-  double radius{0.0};  ///< of its shapes about its com [m]; 0: no shapes
-  double mass;
-  Eigen::Matrix3d inverse_inertia;  ///< about the com, body's axes
-};
-
-std::vector<Extent> extents(const SceneDefinition& definition) {
-  std::vector<Extent> extents;
-  for (const dynamics::BodyDefinition& body : definition.model.bodies) {
-    const double least = body.mass * dynamics::kSmallestGyration * dynamics::kSmallestGyration;
-    const Eigen::Matrix3d inertia = body.inertia + least * Eigen::Matrix3d::Identity();
-    extents.push_back({.mass = body.mass, .inverse_inertia = inertia.inverse()});
-  }
+/// Radius of each body's shapes about its com [m]; 0: none.
+std::vector<double> radii(const SceneDefinition& definition) {
+  std::vector<double> radii(definition.model.bodies.size(), 0.0);
   for (const collision::ShapeDefinition& shape : definition.shapes) {
-    if (shape.body < 0 || shape.body >= static_cast<int>(extents.size())) continue;
+    if (shape.body < 0 || shape.body >= static_cast<int>(radii.size())) continue;
     const Eigen::Vector3d& com = definition.model.bodies[shape.body].com;
     const double radius = (shape.X_BS.position - com).norm() + std::visit(Radius{}, shape.shape);
-    extents[shape.body].radius = std::max(extents[shape.body].radius, radius);
+    radii[shape.body] = std::max(radii[shape.body], radius);
   }
-  return extents;
+  return radii;
 }
 
 collision::WorldDefinition world_definition(const SceneDefinition& definition) {
@@ -87,19 +76,20 @@ dynamics::Contact contact_of(const collision::ContactPoint& point, const std::ve
 
 struct Scene::Data {
   explicit Data(SceneDefinition definition)
-      : extents(scene::extents(definition)),
+      : radii(scene::radii(definition)),
         world(world_definition(definition)),
         model(std::move(definition.model)),
         workspace(model) {}
 
-  void move(const dynamics::State& state, double h);
+  void move(dynamics::State& state, double h);
   void collect_contacts();
 
-  std::vector<Extent> extents;
+  std::vector<double> radii;
   collision::World world;
   dynamics::Model model;
   dynamics::Workspace workspace;
   std::vector<BodyPose> poses;
+  std::vector<dynamics::BodyVelocity> velocities;
   std::vector<collision::Pose> X_WB;
   std::vector<double> reach;
   std::vector<dynamics::Contact> contacts;
@@ -107,18 +97,16 @@ struct Scene::Data {
 
 /// Poses at the beginning of a step of length h, and how far each body's surface gets in it: as fast as it is, and
 /// falling for as long.
-void Scene::Data::move(const dynamics::State& state, double h) {
+void Scene::Data::move(dynamics::State& state, double h) {
   world_poses(model, state, poses);
+  world_velocities(model, state, workspace, poses, velocities);
   X_WB.resize(poses.size());
   reach.resize(poses.size());
   const double fall = h * h * model.gravity().norm();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     X_WB[i] = {.rotation = poses[i].rotation, .position = poses[i].origin};
-    const Extent& extent = extents[i];
-    if (extent.radius == 0.0) continue;
-    const dynamics::BodyState& body = state.bodies[i];
-    const Eigen::Vector3d spin = extent.inverse_inertia * (poses[i].rotation.conjugate() * body.angular_momentum);
-    reach[i] = h * (body.linear_momentum.norm() / extent.mass + spin.norm() * extent.radius) + fall;
+    if (radii[i] == 0.0) continue;
+    reach[i] = h * (velocities[i].linear.norm() + velocities[i].angular.norm() * radii[i]) + fall;
   }
 }
 

@@ -9,9 +9,10 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from server_support.client import Connect
+from server_support.client import Client, Connect
 from server_support.process import TIMEOUT_S, StartServer
 
 HAND = "hand.L"
@@ -61,6 +62,26 @@ def test_slower_poses_and_physics_are_obeyed(start_server: StartServer, connect:
     pose = client.wait_for("pose_t", lambda pose: pose.sequence >= 3)
     assert pose.step == -(-pose.sequence * 200 // 30)
     assert pose.time_us == pose.step * 5000
+
+
+def test_resting_doll_costs_heartbeats_alone_and_wakes_at_a_pull(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server())
+    client.accepted("get_character")
+    # Poses come at 60 Hz, from step to step; of a doll at rest with the heartbeats.
+    rest = client.wait_for("pose_t", lambda pose: pose.step > 0 and _gap_before(client, pose) >= 90)
+    later = client.wait_for("pose_t", lambda pose: pose.step >= rest.step + 500)
+    assert later.rotations == rest.rotations
+    held = client.accepted("grab", bone=HAND)["position"]
+    client.point((held[0], held[1], held[2] + 0.05))
+    moved = client.wait_for("pose_t", lambda pose: pose.step > later.step and pose.rotations != rest.rotations)
+    before = next(pose for pose in client.received["pose_t"] if pose.sequence == moved.sequence - 1)
+    assert before.rotations == rest.rotations
+    assert moved.step - before.step <= 20, "the pose from which the motion starts"
+
+
+def _gap_before(client: Client, pose: Any) -> int:
+    before = [p.step for p in client.received["pose_t"] if p.sequence == pose.sequence - 1]
+    return int(pose.step - before[0]) if before else 0
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])

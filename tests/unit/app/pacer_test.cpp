@@ -53,6 +53,16 @@ TEST(Pacer, FarBehind_DropsTimeInsteadOfCatchingUp) {
   EXPECT_EQ(pacer.deadline(), now + milliseconds(1));
 }
 
+TEST(Pacer, PassOver_TakesAllThatIsDueForDone) {
+  Pacer pacer(1000.0, kStart);
+  EXPECT_EQ(pacer.pass_over(kStart), 0);
+  EXPECT_EQ(pacer.pass_over(kStart + milliseconds(5000)), 5000);
+  EXPECT_EQ(pacer.pass_over(kStart + milliseconds(5000)), 0);
+  EXPECT_EQ(pacer.deadline(), kStart + milliseconds(5001));
+  EXPECT_EQ(pacer.late_steps(), 0);
+  EXPECT_EQ(pacer.dropped_time(), 0.0);
+}
+
 TEST(Pacer, SkipTo_ForgetsWhatWasDueWithoutCounting) {
   Pacer pacer(1000.0, kStart);
   pacer.skip_to(kStart + milliseconds(5000));

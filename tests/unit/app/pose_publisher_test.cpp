@@ -42,6 +42,16 @@ TEST(PosePublisher, AtTheStart_PublishesTheInitialPose) {
   EXPECT_EQ(pose.joint_count, 4);
 }
 
+TEST(PosePublisher, OutOfTurn_TakesItsPlaceAndTheRateGoesOn) {
+  Fixture fixture(1000, 60);
+  fixture.run(20);
+  fixture.poses.publish();
+  fixture.poses.publish();
+  fixture.run(30);
+  EXPECT_EQ(fixture.steps_of_poses(), (std::vector<std::int64_t>{0, 17, 20, 34, 50}));
+  EXPECT_EQ(fixture.poses.count(), 5);
+}
+
 TEST(PosePublisher, RateThatDoesNotDivide_TakesTheFirstStepAtOrAfter) {
   Fixture fixture(1000, 60);
   fixture.run(100);

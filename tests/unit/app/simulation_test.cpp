@@ -32,6 +32,26 @@ double speed(const Simulation& simulation) { return simulation.energy().kinetic;
 
 const Grip& grip(const Simulation& simulation, int pointer = 0) { return *simulation.pointers().at(pointer).grip(); }
 
+TEST(Simulation, AtRest_ChangesNothingUntilAPointerMoves) {
+  Simulation simulation = make_simulation();
+  run(simulation, 5000);
+  ASSERT_TRUE(simulation.resting());
+  const Eigen::Quaterniond pose = simulation.state().bodies[kArm].rotation;
+  simulation.rest(1234);
+  EXPECT_EQ(simulation.steps(), 6234);
+  EXPECT_EQ(simulation.time_us(), 6'234'000);
+  const Eigen::Vector3d held = simulation.grab({.bone = kArm});
+  EXPECT_FALSE(simulation.resting());
+  simulation.point(0, at(held + Eigen::Vector3d(0.0, 0.0, 0.05)), "me", 1);
+  simulation.begin_motion(50);
+  run(simulation, 100);
+  EXPECT_FALSE(simulation.resting());
+  EXPECT_GT(simulation.state().bodies[kArm].rotation.angularDistance(pose), 0.01);
+  simulation.release(0);
+  run(simulation, 10000);
+  EXPECT_TRUE(simulation.resting());
+}
+
 TEST(Simulation, LeftAlone_HangsFromItsPinAndComesToRest) {
   Simulation simulation = make_simulation();
   run(simulation, 3000);

@@ -35,6 +35,30 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
   }
 }
 
+TEST(Step, FallingAsleepAndWaking_AllocatesNothing) {
+  ModelDefinition definition = testing::chain({.links = 20, .bend = 0.1, .damping = 0.2}).definition;
+  definition.gravity.setZero();
+  for (BodyDefinition& body : definition.bodies) body.rest_rotation = body.rotation;
+  const Model model(definition);
+  const testing::Pulls pulls({{.body = 10, .force = {0.0, 0.0, 0.01}, .start = 1.0, .end = 1.5}});
+  for (const int order : {1, 4}) {
+    State state = initial_state(model);
+    Workspace workspace(model);
+    const long before = testing::allocation_count();
+    int most = 0, least = model.size();
+    for (int k = 0; k < 1000; ++k) {
+      const StepReport report =
+          step(model, state, workspace, {.loads = &pulls}, {.step = 2e-3, .order = order, .sleep_angle = kSleepAngle});
+      if (report.resting) continue;
+      most = std::max(most, report.asleep);
+      if (most > 0) least = std::min(least, report.asleep);
+    }
+    EXPECT_EQ(testing::allocation_count() - before, 0) << "order " << order;
+    EXPECT_GE(most, 5) << "links behind the pulled one";
+    EXPECT_LT(least, most);
+  }
+}
+
 TEST(Step, WithConstraintsThatItHasSeen_AllocatesNothing) {
   const Model model(testing::bent_tree(RootKind::kFree, 0.3));
   const State start = initial_state(model);

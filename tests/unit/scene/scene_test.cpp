@@ -97,6 +97,26 @@ TEST(Scene, DroppedDoll_LiesOnTheFloor) {
   }
 }
 
+TEST(Scene, StackAtRest_RestsAsAWholeUntilSomethingActs) {
+  Scene scene(stack(4, 0.0, 0.5));
+  State state = initial_state(scene.model());
+  const StepOptions options{.step = 1e-3, .sleep_angle = kSleepAngle};
+  SceneReport report;
+  for (int n = 0; n < 1000; ++n) report = scene.step(state, {}, options);
+  ASSERT_TRUE(report.step.resting);
+  EXPECT_EQ(report.step.solves, 0);
+  const State resting = state;
+  for (int n = 0; n < 1000; ++n) report = scene.step(state, {}, options);
+  EXPECT_TRUE(report.step.resting);
+  EXPECT_EQ(state.bodies[3].position, resting.bodies[3].position);
+  Coupling coupling{.body = 3, .stiffness = 1000.0, .damping = 10.0};
+  coupling.target_position = state.bodies[3].position + Eigen::Vector3d(0.1, 0.0, 0.0);
+  report = scene.step(state, {.couplings = {&coupling, 1}}, options);
+  EXPECT_FALSE(report.step.resting);
+  for (int n = 0; n < 300; ++n) report = scene.step(state, {.couplings = {&coupling, 1}}, options);
+  EXPECT_GT(state.bodies[3].position.x(), 0.01);
+}
+
 TEST(Scene, FastBody_DoesNotPassThroughTheFloor) {
   for (const double h : {0.1, 1.0 / 30, 1e-3}) {
     Scene scene(stack(1, 3.0, 0.5));

@@ -19,6 +19,9 @@ class Pacer {
   [[nodiscard]] Clock::time_point deadline() const;
   /// The next step begins at `now`.
   void begin_step(Clock::time_point now);
+  /// Takes all steps that are due at `now` for done, without counting them as late: those of a doll at rest. Returns
+  /// their number.
+  std::int64_t pass_over(Clock::time_point now);
   /// Nothing is due before `now`: after a time in which no steps were wanted.
   void skip_to(Clock::time_point now);
 

@@ -53,6 +53,10 @@ class Simulation {
   [[nodiscard]] std::int64_t time_us() const;
   [[nodiscard]] int yielding_joints() const { return yielding_joints_; }
   [[nodiscard]] dynamics::Energy energy() const { return dynamics::energy(model_, state_); }
+  /// The doll is at rest as a whole, and nothing has happened since that could disturb it: steps would change nothing.
+  [[nodiscard]] bool resting() const { return resting_; }
+  /// So many steps pass in which the resting doll stays as it is.
+  void rest(std::int64_t steps);
   /// Why no step is possible any more until reset(), "" if it is.
   [[nodiscard]] const std::string& failure() const { return failure_; }
 
@@ -104,6 +108,7 @@ class Simulation {
   StepStatistics statistics_;
   std::int64_t steps_{0};
   int yielding_joints_{0};
+  bool resting_{false};
   std::string failure_;
 };
 

@@ -21,7 +21,11 @@ struct BodyState {
   double flow;                       ///< accumulated over all flow so far [rad]: what hardening grows with
   double yield_scale;                ///< softness: scales the joint's yield torque from now on, >= 0
   double limit_slack;                ///< the joint can surely turn by this before its limits matter [rad]
+  double rest_time;                  ///< for how long the joint, or a root, has been as good as still [s]
   bool yielding;                     ///< the joint flowed in the last step
+  bool asleep;                       ///< the body rides on its parent: the joint does not move for now. Its momenta are
+                                     ///< a part of those of the first body towards the root that is not asleep, about
+                                     ///< their common com, and zero here
 };
 
 /// What a constraint's rows exerted in the last step: where the solution of the next one is looked for first.
@@ -30,15 +34,29 @@ struct ConstraintMemory {
   Eigen::Vector3d force;  ///< world [N], or [N m] for rows that act on rotations
 };
 
+/// The doll as a whole is at rest: steps change nothing until their inputs do.
+struct Rest {
+  bool resting{false};
+  bool knows_contacts{false};
+  std::uint64_t inputs{0};    ///< fingerprint of the couplings, ties and loads that it was last still under
+  std::uint64_t contacts{0};  ///< of the contacts; until a step has seen them in the pose of rest, of their names
+};
+
 /// Everything that changes: copy it to save it, assign it to restore it; what follows is then the same, bit for bit.
+/// Whoever changes it by hand calls wake() first.
 struct State {
   double time{0.0};  ///< [s]
   std::vector<BodyState> bodies;
   std::vector<ConstraintMemory> constraints;
+  Rest rest;
 };
 
-/// The definition's pose, at rest.
+/// The definition's pose, at rest. Joints that are rigid and can never yield sleep for ever: their bodies are one.
 [[nodiscard]] State initial_state(const Model& model);
+
+/// Wakes all that sleeps, but for joints that are rigid for ever. Pose, momenta and energy stay as they are. O(n),
+/// allocates.
+void wake(const Model& model, State& state);
 
 /// Where a body is: X_WB and its com.
 struct BodyPose {

@@ -80,7 +80,12 @@ constexpr int kMaxOrder = 6;
 struct StepOptions {
   double step{1e-3};  ///< h [s], > 0
   int order{1};       ///< 1 to kMaxOrder: convergence order; solves as much as 1, 3, 6, 10, 15, 21 base steps
+  /// By how much what sleeps may be off before it wakes, joint by joint [rad], >= 0; 0: nothing sleeps.
+  double sleep_angle{0.0};
 };
+
+/// A good choice: half a millimetre at the end of half a metre [rad].
+constexpr double kSleepAngle = 1e-3;
 
 enum class StepStatus {
   kOk,
@@ -109,6 +114,8 @@ struct StepReport {
   int yielding{0};         ///< joints that flowed in the last sub-step
   bool converged{true};    ///< every Newton iteration met its tolerance
   int retries{0};          ///< parts of a base step that were made again at half their length
+  int asleep{0};           ///< bodies that slept through the step
+  bool resting{false};     ///< the doll was at rest as a whole: nothing was computed, nothing but the time has changed
   double taken_back{0.0};  ///< energy from nowhere that was taken back from the momenta in a base step [J]
   /// The runs of an order above 1 were combined. They are not where a contact, tie or limit acted in some of their
   /// sub-steps and not, or not in the same way, in others; the result is then that of the finest run, base steps of h /
@@ -145,6 +152,18 @@ class Workspace {
   std::unique_ptr<Data> data_;
 };
 
+/// How a body moves, world.
+struct BodyVelocity {
+  Eigen::Vector3d angular;  ///< [rad/s]
+  Eigen::Vector3d linear;   ///< of its com [m/s]
+};
+
+/// Velocities of all bodies, of those that sleep too, from the momenta; `poses` are the state's. O(n). `velocities` is
+/// resized to model.size(); no allocation when it already has that size. Momenta that sleepers hold go to those that
+/// they ride on.
+void world_velocities(const Model& model, State& state, Workspace& workspace, const std::vector<BodyPose>& poses,
+                      std::vector<BodyVelocity>& velocities);
+
 /// Advances `state` by options.step.
 ///
 /// Order 1 is the base step, an implicit Euler step by momentum projection: with the configuration q[n] and the bodies'
@@ -164,9 +183,13 @@ class Workspace {
 /// "Asymptotic error expansions for stiff equations: the implicit Euler scheme"; Hairer & Wanner II, VI.5). Orders 5
 /// and 6 therefore pay for errors of 1e-5 m and less on a doll.
 ///
+/// With a sleep angle subtrees at rest sleep: they ride rigidly on their parents and cost nothing, until something acts
+/// on them or moves them so that their joints would not stay as they are (sleepers.h). The doll at rest as a whole
+/// stays as it is until its inputs change. Falling asleep keeps the momenta and never adds energy; waking keeps both.
+///
 /// O(n) per solve, a base step at most 15 of them and as many passes over the bodies again; no heap allocation once
 /// `workspace` has seen as many couplings and drives. Throws nothing. On a status other than kOk the state is
-/// unchanged. Not thread-safe for one workspace or state.
+/// unchanged, but that sleepers may have woken. Not thread-safe for one workspace or state.
 [[nodiscard]] StepReport step(const Model& model, State& state, Workspace& workspace, const Inputs& inputs,
                               const StepOptions& options);
 

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "rigid_groups.h"
+#include "run.h"
+
+/// What is at rest sleeps, and costs nothing until it matters again.
+///
+/// A joint is still while its speed w would turn it by at most a hundredth of the sleep angle until it has settled:
+///     |w| max(D_f / K_f, sqrt(I / K_f), (D_f + D_d) / K_f if it flows) <= angle / 100
+/// with I the moment of inertia of all behind it, the largest about the joint in the definition's pose. A root that no
+/// joint holds has kDwell to settle, and may move by the same part of the doll's length as well. A subtree all of whose
+/// joints have been still for kDwell, and on which nothing acts but gravity and its parent, rides on its parent from
+/// then on (rigid_groups.h).
+///
+/// It wakes in the step in which it would no longer be at rest. Riding, a subtree of mass m, com c from the joint and
+/// inertia I about it, needs the torque about the joint
+///     -t = c x m (a - g) + I dw/dt + w x I w
+/// with a its com's acceleration, all of which follow from its group's momenta before and after the step. Where that
+/// differs from the t that the joint fell asleep with, by more than bends its spring by the sleep angle or makes it
+/// yield, the subtree's joints from there to the carrier wake and the step is made again. So a pose is never further
+/// than that angle, joint by joint, from what it would be without sleep, and at rest no further than a hundredth of it.
+///
+/// When last came to their limits the torques of a group's riders is remembered with its motion: a bound on their
+/// change shows for most steps, at the cost of one body, that none can matter. The bound decides nothing else, so what
+/// happens depends on the state alone.
+namespace layfigure::dynamics {
+
+/// For so long must be still what is to sleep [s]: longer than a doll's limbs stand still at the end of a swing, short
+/// beside a person's pauses.
+constexpr double kDwell = 0.1;
+
+class Sleepers {
+ public:
+  explicit Sleepers(const Model& model);
+
+  /// Which bodies are to sleep, after one of the following has said that it is not those that do.
+  [[nodiscard]] const std::vector<char>& wanted() const { return wanted_; }
+
+  /// All bodies are to wake, but for those that are welded.
+  [[nodiscard]] bool wake_all(const State& state);
+  /// Bodies that an input acts on are to wake, and all between them and their carriers. `loads`: those of the step, one
+  /// per body, or none.
+  [[nodiscard]] bool wake_touched(const Model& model, const State& state, const Inputs& inputs,
+                                  std::span<const BodyForce> loads);
+  /// Riders that the step would bend or make yield are to wake; their groups' motions have been observed.
+  [[nodiscard]] bool wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups);
+  /// Subtrees at rest are to sleep too.
+  [[nodiscard]] bool let_sleep(const Model& model, const State& state);
+
+  /// How a carrier's group moves in a step of length h. R_WC: in it.
+  void observe(const Model& model, const RigidGroup& group, int carrier, const BodyState& before,
+               const BodyState& after, double h, const Eigen::Quaterniond& R_WC);
+
+  /// Lengthens or ends the rest of the carriers in a step of length h from `before` to `after`.
+  void count_rest(const Model& model, const std::vector<BodyState>& before, double h, double angle,
+                  const std::vector<int>& carriers, std::vector<BodyState>& after);
+  /// Every joint and root has been still for long enough.
+  [[nodiscard]] bool all_still() const { return all_still_; }
+
+ private:
+  struct Joint {
+    double settling;        ///< time constant below yield [s]
+    double flow_settling;   ///< while it flows [s]
+    double stiffness;       ///< smallest K_f of the axes that turn [N m/rad]
+    double smallest_ratio;  ///< of the yield torques' ratios of these
+    bool welded;
+  };
+  /// A group's motion, in its frame.
+  struct Motion {
+    Eigen::Vector3d specific_force;  ///< a - g of its com
+    Eigen::Vector3d acceleration;    ///< angular
+    Eigen::Vector3d spin;
+    bool matters;  ///< its riders must be looked at one by one
+  };
+  /// The motion that a group's riders were last looked at in, and how far it may go from there: the torque of none
+  /// leaves its tolerance while
+  ///     force_gain |change of a - g| + spin_gain (|change of the acceleration| + w^2 + w0^2) <= 1.
+  struct Calm {
+    int version{-1};  ///< of the groups
+    Motion motion;
+    double force_gain;
+    double spin_gain;
+  };
+
+  [[nodiscard]] static Joint joint_of(const JointLaw& law, double moment);
+  void start_from(const State& state);
+  [[nodiscard]] bool differs_from(const State& state) const;
+  void wake_path(const Model& model, int body);
+  void touch(const Model& model, const State& state, int body);
+  [[nodiscard]] bool is_calm(int carrier, int version) const;
+  [[nodiscard]] double tolerance(const Model& model, const BodyState& body, int index, double angle) const;
+  [[nodiscard]] bool holds(const Rider& rider, const RigidGroup& group, double tolerance);
+  [[nodiscard]] bool is_still(int body, const BodyState& before, const BodyState& after, double h, double angle) const;
+
+  std::vector<Joint> joints_;
+  std::vector<char> wanted_;
+  std::vector<char> touched_;
+  std::vector<char> awake_behind_;
+  std::vector<Motion> motions_;  ///< of the carriers
+  std::vector<Calm> calm_;       ///< of the carriers
+  double reach_{0.0};            ///< of the bodies from their roots, as far as they have weight [m]
+  bool touches_sleepers_{false};
+  bool some_ripe_{false};  ///< a joint has been still for long enough that nothing acts on
+  bool all_still_{false};
+};
+
+}  // namespace layfigure::dynamics
