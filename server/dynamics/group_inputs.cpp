@@ -57,6 +57,13 @@ void shift_load(const BodyForce& load, const Eigen::Vector3d& lever, BodyForce& 
 
 }  // namespace
 
+void GroupInputs::reserve(const Inputs& inputs) {
+  couplings_.reserve(inputs.couplings.size());
+  contacts_.reserve(inputs.contacts.size());
+  ties_.reserve(inputs.ties.size());
+  drives_.reserve(inputs.drives.size());
+}
+
 const Inputs& GroupInputs::map(const Inputs& inputs, const RigidGroups& groups) {
   if (groups.riders().empty()) return inputs;
   couplings_.clear();

@@ -11,8 +11,10 @@ namespace layfigure::dynamics {
 /// joint of a rider does not turn: what drives it exerts nothing.
 class GroupInputs {
  public:
-  /// `inputs` itself where nothing rides. The result holds until the next call. Allocates nothing once it has seen as
-  /// many.
+  /// Makes room for so many inputs.
+  void reserve(const Inputs& inputs);
+  /// `inputs` itself where nothing rides. The result holds until the next call. Allocates nothing within the reserved
+  /// room.
   const Inputs& map(const Inputs& inputs, const RigidGroups& groups);
 
  private:

@@ -8,7 +8,16 @@ namespace {
 constexpr int kCarrier = -1;
 
 bool holds_momentum(const BodyState& body) {
-  return !body.linear_momentum.isZero(0.0) || !body.angular_momentum.isZero(0.0);
+  const Eigen::Vector3d& p = body.linear_momentum;
+  const Eigen::Vector3d& L = body.angular_momentum;
+  return p.x() != 0.0 || p.y() != 0.0 || p.z() != 0.0 || L.x() != 0.0 || L.y() != 0.0 || L.z() != 0.0;
+}
+
+bool is_as_it_was(const Rider& rider, const BodyState& body) {
+  const Eigen::Quaterniond& q = body.rotation;
+  const Eigen::Quaterniond& was = rider.joint_rotation;
+  return q.w() == was.w() && q.x() == was.x() && q.y() == was.y() && q.z() == was.z() &&
+         body.yield_scale == rider.yield_scale && !holds_momentum(body);
 }
 
 /// Momenta of a part, in the group's frame, of a group that moves as a whole.
@@ -72,9 +81,7 @@ bool RigidGroups::describes(const State& state) const {
     const BodyState& body = state.bodies[i];
     if (body.asleep != (rider_of_[i] >= 0)) return false;
     if (!body.asleep) continue;
-    const Rider& rider = riders_[rider_of_[i]];
-    if (body.rotation.coeffs() != rider.joint_rotation.coeffs() || body.yield_scale != rider.yield_scale) return false;
-    if (holds_momentum(body)) return false;
+    if (!is_as_it_was(riders_[rider_of_[i]], body)) return false;
   }
   return true;
 }

@@ -53,11 +53,7 @@ double largest_moment(const Composite& composite) {
 }  // namespace
 
 Sleepers::Sleepers(const Model& model)
-    : wanted_(model.size()),
-      touched_(model.size()),
-      awake_behind_(model.size()),
-      motions_(model.size()),
-      calm_(model.size()) {
+    : wanted_(model.size()), touched_(model.size()), motions_(model.size()), calm_(model.size()) {
   const std::vector<Composite> behind = all_behind(model);
   std::vector<double> reach(model.size());
   for (int i = 0; i < model.size(); ++i) {
@@ -105,12 +101,6 @@ bool Sleepers::wake_all(const State& state) {
   return differs_from(state);
 }
 
-void Sleepers::wake_path(const Model& model, int body) {
-  for (; body >= 0; body = model.body(body).parent) {
-    if (!joints_[body].welded) wanted_[body] = 0;
-  }
-}
-
 /// Marks the way from a body that something acts on to its root.
 void Sleepers::touch(const Model& model, const State& state, int body) {
   for (; body >= 0 && touched_[body] == 0; body = model.body(body).parent) {
@@ -123,7 +113,6 @@ bool Sleepers::wake_touched(const Model& model, const State& state, const Inputs
                             std::span<const BodyForce> loads) {
   std::fill(touched_.begin(), touched_.end(), 0);
   touches_sleepers_ = false;
-  for (const Coupling& coupling : inputs.couplings) touch(model, state, coupling.body);
   for (const Contact& contact : inputs.contacts) {
     touch(model, state, contact.body_a);
     touch(model, state, contact.body_b);
@@ -144,16 +133,18 @@ bool Sleepers::wake_touched(const Model& model, const State& state, const Inputs
   return true;
 }
 
-void Sleepers::observe(const Model& model, const RigidGroup& group, int carrier, const BodyState& before,
-                       const BodyState& after, double h, const Eigen::Quaterniond& R_WC) {
-  const Eigen::Quaterniond R_CW = R_WC.conjugate();
+void Sleepers::observe(const Model& model, const RigidGroup& group, int carrier, const Transmission::Step& step) {
+  const BodyState& before = step.before[carrier];
+  const BodyState& after = step.after[carrier];
+  const Eigen::Quaterniond R_CW = step.orientations[carrier].conjugate();
   const Eigen::Vector3d momentum = R_CW * after.angular_momentum;
   const Eigen::Vector3d spin = spin_of(group.inertia, momentum);
-  const Eigen::Vector3d torque = R_CW * (after.angular_momentum - before.angular_momentum) / h;
-  const Eigen::Vector3d acceleration = (after.linear_momentum - before.linear_momentum) / (h * group.mass);
+  const Eigen::Vector3d torque = R_CW * (after.angular_momentum - before.angular_momentum) / step.h;
+  const Eigen::Vector3d acceleration = (after.linear_momentum - before.linear_momentum) / (step.h * group.mass);
   motions_[carrier] = {.specific_force = R_CW * (acceleration - model.gravity()),
                        .acceleration = spin_of(group.inertia, torque - spin.cross(momentum)),
                        .spin = spin,
+                       .R_CW = R_CW,
                        .matters = true};
 }
 
@@ -179,54 +170,76 @@ double Sleepers::tolerance(const Model& model, const BodyState& body, int index,
   return room < -none ? -1.0 : std::min(bending, std::max(room, none));
 }
 
-/// Whether the rider's joint stays as it is; if so, its group's calm is at most its own.
-bool Sleepers::holds(const Rider& rider, const RigidGroup& group, double tolerance) {
+/// What the torque of the rider's joint leaves to its tolerance; negative if the joint does not stay as it is.
+double Sleepers::margin(const Rider& rider, const RigidGroup& group, double tolerance,
+                        const Transmission& transmission) const {
   const Motion& motion = motions_[rider.carrier];
   const Composite& behind = rider.behind;
   const Eigen::Vector3d& w = motion.spin;
   const Eigen::Vector3d lever = behind.com - rider.origin;
   const Eigen::Vector3d d = behind.com - group.com;
   const Eigen::Vector3d force = motion.specific_force + motion.acceleration.cross(d) + w.cross(w.cross(d));
-  const Eigen::Vector3d needed =
+  Eigen::Vector3d needed =
       lever.cross(behind.mass * force) + behind.inertia * motion.acceleration + w.cross(behind.inertia * w);
-  const double margin = tolerance - (needed + rider.rotation * rider.torque).norm();
-  if (!(margin > 0.0)) return false;
-  const double moment = behind.mass * lever.norm();
-  Calm& calm = calm_[rider.carrier];
-  calm.force_gain = std::max(calm.force_gain, moment / margin);
-  calm.spin_gain = std::max(calm.spin_gain, (moment * d.norm() + behind.inertia.trace()) / margin);
-  return true;
+  if (transmission.transmits(rider.body)) needed += motion.R_CW * transmission.moment(rider.body);
+  return tolerance - (needed + rider.rotation * rider.torque).norm();
 }
 
-bool Sleepers::wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups) {
-  bool look = false;
+/// The group's calm is at most that of the rider.
+void Sleepers::narrow_calm(const Rider& rider, const RigidGroup& group, double margin) {
+  const Composite& behind = rider.behind;
+  const double moment = behind.mass * (behind.com - rider.origin).norm();
+  Calm& calm = calm_[rider.carrier];
+  calm.force_gain = std::max(calm.force_gain, moment / margin);
+  calm.spin_gain =
+      std::max(calm.spin_gain, (moment * (behind.com - group.com).norm() + behind.inertia.trace()) / margin);
+}
+
+/// Takes note of the groups whose motion shows that none of their riders' torques can matter.
+bool Sleepers::find_calm(const RigidGroups& groups) {
+  bool all_calm = true;
   for (const int carrier : groups.carriers()) {
     if (groups.group(carrier).riders == 0) continue;
     motions_[carrier].matters = !is_calm(carrier, groups.version());
     if (!motions_[carrier].matters) continue;
     calm_[carrier] = {.version = groups.version(), .motion = motions_[carrier], .force_gain = 0.0, .spin_gain = 0.0};
-    look = true;
+    all_calm = false;
   }
-  if (!look) return false;
+  return all_calm;
+}
+
+bool Sleepers::wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups,
+                               const Transmission& transmission) {
+  const bool calm = find_calm(groups);
+  if (calm && !transmission.any()) return false;
   start_from(state);
-  for (const Rider& rider : groups.riders()) {
-    if (!motions_[rider.carrier].matters || joints_[rider.body].welded) continue;
-    const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
-    if (!holds(rider, groups.group(rider.carrier), most)) wake_path(model, rider.body);
-  }
-  return differs_from(state);
+  const auto wake = [&](bool transmitting) {
+    for (const Rider& rider : groups.riders()) {
+      if (joints_[rider.body].welded || transmission.transmits(rider.body) != transmitting) continue;
+      if (!transmitting && !motions_[rider.carrier].matters) continue;
+      const RigidGroup& group = groups.group(rider.carrier);
+      const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
+      const double left = margin(rider, group, most, transmission);
+      if (!(left > 0.0)) {
+        wanted_[rider.body] = 0;
+      } else if (!transmitting) {
+        narrow_calm(rider, group, left);
+      }
+    }
+    return differs_from(state);
+  };
+  // What a pull does to bodies that hang on a joint which gives way to it is seen once that is awake.
+  return wake(true) || (!calm && wake(false));
 }
 
 bool Sleepers::let_sleep(const Model& model, const State& state) {
   if (!some_ripe_) return false;
   start_from(state);
-  std::fill(awake_behind_.begin(), awake_behind_.end(), 0);
-  for (int i = model.size() - 1; i >= 0; --i) {
-    const int parent = model.body(i).parent;
-    if (parent < 0) continue;
-    const bool ripe = state.bodies[i].rest_time >= kDwell && touched_[i] == 0 && awake_behind_[i] == 0;
-    if (ripe) wanted_[i] = 1;
-    if (wanted_[i] == 0 || awake_behind_[i] != 0) awake_behind_[parent] = 1;
+  for (int i = 0; i < model.size(); ++i) {
+    const BodyState& body = state.bodies[i];
+    // At its limits a joint is held by more than its torque.
+    const bool free = !model.body(i).limits.any() || body.limit_slack > 0.0;
+    if (model.body(i).parent >= 0 && body.rest_time >= kDwell && touched_[i] == 0 && free) wanted_[i] = 1;
   }
   return differs_from(state);
 }

@@ -5,6 +5,7 @@
 
 #include "rigid_groups.h"
 #include "run.h"
+#include "transmission.h"
 
 /// What is at rest sleeps, and costs nothing until it matters again.
 ///
@@ -20,12 +21,13 @@
 ///     -t = c x m (a - g) + I dw/dt + w x I w
 /// with a its com's acceleration, all of which follow from its group's momenta before and after the step. Where that
 /// differs from the t that the joint fell asleep with, by more than bends its spring by the sleep angle or makes it
-/// yield, the subtree's joints from there to the carrier wake and the step is made again. So a pose is never further
+/// yield, the joint wakes and the step is made again. So a pose is never further
 /// than that angle, joint by joint, from what it would be without sleep, and at rest no further than a hundredth of it.
 ///
-/// When last came to their limits the torques of a group's riders is remembered with its motion: a bound on their
-/// change shows for most steps, at the cost of one body, that none can matter. The bound decides nothing else, so what
-/// happens depends on the state alone.
+/// A group's motion is remembered from when its riders were last looked at, with what their torques leave to their
+/// limits: a bound on the torques' change shows for most steps, at the cost of one body, that none can matter. The
+/// bound decides nothing else, so what happens depends on the state alone. Joints that transmit are looked at in every
+/// step.
 namespace layfigure::dynamics {
 
 /// For so long must be still what is to sleep [s]: longer than a doll's limbs stand still at the end of a swing, short
@@ -41,18 +43,18 @@ class Sleepers {
 
   /// All bodies are to wake, but for those that are welded.
   [[nodiscard]] bool wake_all(const State& state);
-  /// Bodies that an input acts on are to wake, and all between them and their carriers. `loads`: those of the step, one
-  /// per body, or none.
+  /// Bodies that contacts, ties, drives or loads act on are to wake, and all between them and their roots. `loads`:
+  /// those of the step, one per body, or none.
   [[nodiscard]] bool wake_touched(const Model& model, const State& state, const Inputs& inputs,
                                   std::span<const BodyForce> loads);
   /// Riders that the step would bend or make yield are to wake; their groups' motions have been observed.
-  [[nodiscard]] bool wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups);
-  /// Subtrees at rest are to sleep too.
+  [[nodiscard]] bool wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups,
+                                     const Transmission& transmission);
+  /// Joints at rest are to sleep too.
   [[nodiscard]] bool let_sleep(const Model& model, const State& state);
 
   /// How a carrier's group moves in a step of length h. R_WC: in it.
-  void observe(const Model& model, const RigidGroup& group, int carrier, const BodyState& before,
-               const BodyState& after, double h, const Eigen::Quaterniond& R_WC);
+  void observe(const Model& model, const RigidGroup& group, int carrier, const Transmission::Step& step);
 
   /// Lengthens or ends the rest of the carriers in a step of length h from `before` to `after`.
   void count_rest(const Model& model, const std::vector<BodyState>& before, double h, double angle,
@@ -73,6 +75,7 @@ class Sleepers {
     Eigen::Vector3d specific_force;  ///< a - g of its com
     Eigen::Vector3d acceleration;    ///< angular
     Eigen::Vector3d spin;
+    Eigen::Quaterniond R_CW;
     bool matters;  ///< its riders must be looked at one by one
   };
   /// The motion that a group's riders were last looked at in, and how far it may go from there: the torque of none
@@ -88,17 +91,18 @@ class Sleepers {
   [[nodiscard]] static Joint joint_of(const JointLaw& law, double moment);
   void start_from(const State& state);
   [[nodiscard]] bool differs_from(const State& state) const;
-  void wake_path(const Model& model, int body);
   void touch(const Model& model, const State& state, int body);
   [[nodiscard]] bool is_calm(int carrier, int version) const;
+  [[nodiscard]] bool find_calm(const RigidGroups& groups);
   [[nodiscard]] double tolerance(const Model& model, const BodyState& body, int index, double angle) const;
-  [[nodiscard]] bool holds(const Rider& rider, const RigidGroup& group, double tolerance);
+  [[nodiscard]] double margin(const Rider& rider, const RigidGroup& group, double tolerance,
+                              const Transmission& transmission) const;
+  void narrow_calm(const Rider& rider, const RigidGroup& group, double margin);
   [[nodiscard]] bool is_still(int body, const BodyState& before, const BodyState& after, double h, double angle) const;
 
   std::vector<Joint> joints_;
   std::vector<char> wanted_;
   std::vector<char> touched_;
-  std::vector<char> awake_behind_;
   std::vector<Motion> motions_;  ///< of the carriers
   std::vector<Calm> calm_;       ///< of the carriers
   double reach_{0.0};            ///< of the bodies from their roots, as far as they have weight [m]

@@ -16,15 +16,24 @@ std::span<const BodyForce> loads_of(const Inputs& inputs, double time, std::vect
   return loads;
 }
 
-/// Whether the step has riders whose joints would not have stayed still.
-bool must_wake(const Model& model, const State& state, Workspace::Data& data, const StepOptions& options, int order) {
-  for (const int carrier : data.groups.carriers()) {
-    const RigidGroup& group = data.groups.group(carrier);
-    if (group.riders == 0) continue;
-    data.sleepers.observe(model, group, carrier, state.bodies[carrier], data.runs[order - 1][carrier], options.step,
-                          data.orientation_of(carrier));
+/// Whether the step has riders whose joints would not have stayed still. `acting`: the inputs on the groups.
+bool must_wake(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
+               const Inputs& acting, const StepOptions& options, int order) {
+  const RigidGroups& groups = data.groups;
+  if (groups.riders().empty()) return false;
+  for (const int carrier : groups.carriers()) data.orientations[carrier] = data.orientation_of(carrier);
+  const Transmission::Step made{
+      .before = state.bodies, .after = data.runs[order - 1], .orientations = data.orientations, .h = options.step};
+  const Copy& run = data.copies[order - 1];
+  const std::span<const BodyForce> loads =
+      inputs.loads == nullptr ? std::span<const BodyForce>{} : std::span<const BodyForce>(run.loads);
+  data.transmission.measure(
+      model, groups, made,
+      {.on_bodies = inputs.couplings, .on_groups = acting.couplings, .forces = run.coupling_forces, .loads = loads});
+  for (const int carrier : groups.carriers()) {
+    if (groups.group(carrier).riders > 0) data.sleepers.observe(model, groups.group(carrier), carrier, made);
   }
-  return data.sleepers.wake_overloaded(model, state, options.sleep_angle, data.groups);
+  return data.sleepers.wake_overloaded(model, state, options.sleep_angle, groups, data.transmission);
 }
 
 void end_rest_of_woken(const std::vector<char>& asleep, State& state) {
@@ -62,10 +71,13 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
   }
   const Interval whole{.offset = 0.0, .length = options.step};
   StepReport report;
-  do {
-    report = make_step(model, state, data, data.group_inputs.map(inputs, data.groups), whole, order);
+  for (bool again = true; again;) {
+    const Inputs& acting = data.group_inputs.map(inputs, data.groups);
+    report = make_step(model, state, data, acting, whole, order);
     if (report.status != StepStatus::kOk) return report;
-  } while (may_sleep && must_wake(model, state, data, options, order) && (regroup(), true));
+    again = may_sleep && must_wake(model, state, data, inputs, acting, options, order);
+    if (again) regroup();
+  }
   if (report.extrapolated) extrapolate(data, order);
   if (may_sleep) {
     data.sleepers.count_rest(model, state.bodies, options.step, options.sleep_angle, data.groups.carriers(),

@@ -16,6 +16,8 @@ Workspace::Data::Data(const Model& model)
       narrow(make_plan<double>(model, groups, levers, 1)),
       narrow_nodes(model.size() + 1),
       sleepers(model),
+      transmission(model.size()),
+      orientations(model.size()),
       loads(model.size()) {
   const int n = model.size();
   for (int count = 1; count <= kMaxOrder; ++count)
@@ -64,6 +66,7 @@ void Workspace::Data::arrange(const Model& model, int count) {
 }
 
 void Workspace::Data::reserve(const Inputs& inputs) {
+  group_inputs.reserve(inputs);
   for (Copy& copy : copies) {
     copy.coupling_forces.resize(inputs.couplings.size());
     copy.drives.resize(inputs.drives.size());

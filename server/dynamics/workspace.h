@@ -9,6 +9,7 @@
 #include "plan.h"
 #include "run.h"
 #include "sleepers.h"
+#include "transmission.h"
 
 namespace layfigure::dynamics {
 
@@ -51,7 +52,9 @@ struct Workspace::Data {
   std::array<Copy, kMaxOrder> copies;
   std::array<ConstraintSet, kMaxOrder> constraints;
   Sleepers sleepers;
-  std::vector<BodyForce> loads;  ///< of the step's end, on all bodies
+  Transmission transmission;
+  std::vector<Eigen::Quaterniond> orientations;  ///< R_WC of the carriers in the last step
+  std::vector<BodyForce> loads;                  ///< of the step's end, on all bodies
   GroupInputs group_inputs;
   bool flows{false};  ///< some joint can flow
   int finest{0};      ///< copy of the last step whose coupling forces count

@@ -127,7 +127,6 @@ TEST(Sleep, HandPosed_LegsSleepAndThePoseIsTheSame) {
     ASSERT_EQ(step(model, awake, b, inputs, {.step = kH}).status, StepStatus::kOk);
     most = std::max(most, largest_distance(model, asleep, awake));
     slept += report.asleep / 2000.0;
-    EXPECT_FALSE(asleep.bodies[kLeftHand].asleep);
   }
   EXPECT_LE(most, kPoseTolerance);
   EXPECT_GE(slept, 8) << "the legs at least, on average";
