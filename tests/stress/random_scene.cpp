@@ -188,6 +188,8 @@ void add_rows(Dice& dice, StressScene& scene) {
     for (int k = 1 + dice.below(4); k > 0; --k) scene.drives.push_back(random_drive(dice, bodies));
   }
   if (dice.one_in(3)) scene.softness = dice.one_in(4) ? 0.0 : dice.log_uniform(1e-3, 1e3);
+  // Large angles, so that something sleeps in a dozen steps.
+  if (dice.one_in(3)) scene.sleep_angle = dice.log_uniform(1e-4, 1e2);
 }
 
 }  // namespace
@@ -203,7 +205,7 @@ StressScene random_scene(std::uint64_t seed) {
   model.root = std::array{RootKind::kBall, RootKind::kFree, RootKind::kFixed}[dice.below(3)];
   if (dice.one_in(4)) model.gravity.setZero();
   scene.h = dice.log_uniform(1e-5, 0.1);
-  scene.order = dice.one_in(4) ? 1 + dice.below(4) : 1;
+  scene.order = dice.one_in(4) ? 1 + dice.below(kMaxOrder) : 1;
   scene.spins.assign(bodies, Eigen::Vector3d::Zero());
   scene.forces.resize(bodies);
   if (dice.one_in(3)) scene.spins[dice.below(bodies)] = dice.vector(dice.log_uniform(1.0, 1e3));

@@ -136,6 +136,7 @@ void fields(Visitor& visit, StressScene& scene) {
   visit("steps", scene.steps);
   visit("order", scene.order);
   visit("softness", scene.softness);
+  visit("sleep_angle", scene.sleep_angle);
   visit("teleport", scene.teleport);
   visit("spins", scene.spins);
   visit("forces", scene.forces);

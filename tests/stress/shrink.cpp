@@ -63,6 +63,7 @@ StressScene shrink(StressScene scene) {
       scene, [](StressScene & s) -> auto& { return s.definition.shapes; });
   try_change(scene, [](StressScene& s) { s.order = 1; });
   try_change(scene, [](StressScene& s) { s.softness = 1.0; });
+  try_change(scene, [](StressScene& s) { s.sleep_angle = 0.0; });
   try_change(scene, [](StressScene& s) { s.teleport.setZero(); });
   try_change(scene, [](StressScene& s) { s.definition.model.gravity.setZero(); });
   for (std::size_t i = 0; i < scene.forces.size(); ++i) simplify_body(scene, i);

@@ -66,7 +66,9 @@ class Run {
     const State before = state_;
     const Inputs inputs{.loads = &loads_, .couplings = couplings_, .ties = scene_.ties, .drives = scene_.drives};
     const double start = thread_cpu_seconds();
-    const StepReport report = stepper_.step(state_, inputs, {.step = scene_.h, .order = scene_.order}).step;
+    const StepReport report =
+        stepper_.step(state_, inputs, {.step = scene_.h, .order = scene_.order, .sleep_angle = scene_.sleep_angle})
+            .step;
     outcome.cpu_seconds += thread_cpu_seconds() - start;
     ++outcome.steps;
     if (report.status == StepStatus::kNotFinite) return "not finite";

@@ -12,11 +12,11 @@ struct StressOutcome {
   /// constraint's answer that is not finite or not one of its law, an overlap that grew by more than the bodies can
   /// have turned into each other.
   std::string failure;
-  int steps{0};        ///< that were made
-  int retried{0};      ///< steps made in shorter parts
-  int taken_back{0};   ///< steps that energy was taken back in
-  int unconverged{0};  ///< steps in which Newton's method did not meet its tolerance, reported and finite
-  int unsolved{0};     ///< rows that contradict each other, or that the solver gave up on, reported and bounded
+  int steps{0};             ///< that were made
+  int retried{0};           ///< steps made in shorter parts
+  int taken_back{0};        ///< steps that energy was taken back in
+  int unconverged{0};       ///< steps in which Newton's method did not meet its tolerance, reported and finite
+  int unsolved{0};          ///< rows that contradict each other, or that the solver gave up on, reported and bounded
   double cpu_seconds{0.0};  ///< of the steps
 };
 

@@ -18,8 +18,9 @@ struct StressScene {
   Eigen::Vector3d teleport{Eigen::Vector3d::Zero()};  ///< [m]
   std::vector<dynamics::Tie> ties;
   std::vector<dynamics::Drive> drives;
-  double softness{1.0};  ///< scales all yield torques from a third of the way on
-  double h{1e-3};        ///< [s]
+  double softness{1.0};     ///< scales all yield torques from a third of the way on
+  double sleep_angle{0.0};  ///< [rad]
+  double h{1e-3};           ///< [s]
   int steps{12};
   int order{1};
 };
