@@ -146,6 +146,28 @@ TEST(Bench, ContactJson_ProblemsAreSolvedColdAndWarmBesideBullet) {
   EXPECT_GT(contacts.at("ball, base step: with contacts / without").at("value"), 1.0);
 }
 
+TEST(Bench, SkipJson_TellsWhatEachSkippedPartSaves) {
+  const auto savings = figures("skip");
+  for (const char* pose : {"one finger posed", "one hand posed"}) {
+    const auto& ratio = savings.at(std::string(pose) + ", step: rest asleep / all awake");
+    EXPECT_EQ(ratio.at("target"), 0.25);
+    EXPECT_GT(ratio.at("value"), 0.0);
+    EXPECT_GT(savings.at(std::string(pose) + ", step: rest asleep").at("value"), 0.0);
+    EXPECT_GE(savings.at(std::string(pose) + ": bodies asleep, mean").at("value"), 8) << "the legs at least";
+  }
+  for (const char* ratio :
+       {"doll at rest, step: at rest / all awake", "doll in motion, step: with sleep / without",
+        "chain of 8, 3 joints, step: welded / stiff", "joints far from their limits, step: with limits / without",
+        "shapes far apart, step: with shapes / without"}) {
+    EXPECT_GT(savings.at(ratio).at("value"), 0.0) << ratio;
+    EXPECT_TRUE(savings.at(ratio).at("target").is_null()) << ratio;
+  }
+  EXPECT_EQ(savings.at("doll at rest, step").at("unit"), "us");
+  EXPECT_EQ(savings.at("doll in motion: bodies asleep, mean").at("value"), 0.0) << "nothing to skip";
+  EXPECT_EQ(savings.at("joints far from their limits: rows, most").at("value"), 0.0);
+  EXPECT_EQ(savings.at("shapes far apart: rows, most").at("value"), 0.0);
+}
+
 TEST(Bench, StressJson_SharesAreShares) {
   const auto shares = figures("stress --scenes 30");
   EXPECT_EQ(shares.at("random scenes").at("value"), 30);

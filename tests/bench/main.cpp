@@ -49,6 +49,11 @@ int main(int argc, char** argv) {
   contact->add_flag("--json", touch.json, kJsonHelp);
   contact->callback([&] { bench::contact(touch); });
 
+  bench::SkipOptions saving;
+  auto* skip = app.add_subcommand("skip", "what is saved by computing nothing that a scene does not need");
+  skip->add_flag("--json", saving.json, kJsonHelp);
+  skip->callback([&] { bench::skip(saving); });
+
   bench::StressOptions ordeal;
   auto* stress = app.add_subcommand("stress", "random scenes: time, and how many steps needed help");
   stress->add_option("--scenes", ordeal.scenes, "how many")->check(CLI::Range(1, 1'000'000'000))->capture_default_str();

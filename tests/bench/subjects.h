@@ -31,6 +31,13 @@ struct ContactOptions {
 /// of Bullet's on the same matrices; and what a step costs with contacts and without.
 void contact(const ContactOptions& options);
 
+struct SkipOptions {
+  bool json{false};
+};
+/// What is saved by computing nothing that a scene does not need, as ratios of the CPU times of steps: sleep, rest,
+/// welded joints, limits and contacts that are far.
+void skip(const SkipOptions& options);
+
 struct StressOptions {
   int scenes{10'000};  ///< of the stress test's random scenes, from seed 0 on
   bool json{false};

@@ -54,7 +54,7 @@ FULL = Effort(
     reference_limit_s=8.0,
     floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(6)],
     floor_limit_s=5.0,
-    subjects={"cost": (), "contact": (), "stress": ()},
+    subjects={"cost": (), "contact": (), "skip": (), "stress": ()},
 )
 QUICK = Effort(
     step_lengths(6, 4.0),
@@ -63,7 +63,7 @@ QUICK = Effort(
     reference_limit_s=0.6,
     floor_lengths=[1.0 / 60.0, 1.0 / 240.0, 1.0 / 960.0],
     floor_limit_s=0.2,
-    subjects={"cost": (), "contact": ("--rows", "24"), "stress": ("--scenes", "200")},
+    subjects={"cost": (), "contact": ("--rows", "24"), "skip": (), "stress": ("--scenes", "200")},
 )
 
 

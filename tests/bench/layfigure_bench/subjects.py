@@ -1,4 +1,4 @@
-"""The figures that layfigure-bench tells by itself: cost, contact problems, the random scenes."""
+"""The figures that layfigure-bench tells by itself: cost, contact problems, what is skipped, the random scenes."""
 
 from __future__ import annotations
 
