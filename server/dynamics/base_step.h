@@ -96,7 +96,7 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   node.target_linear = now.linear_momentum + Vec3<T>{mh * g.x, mh * g.y, mh * g.z};
   node.target_angular = now.angular_momentum;
   if (context.inputs->loads != nullptr) add_loads(context, plan, slot, node);
-  if (body.limited) node.slack = limit_slacks(context, plan, slot);
+  if (body.limited) node.slack = limit_slacks(context, plan, slot) + body.unlimited;
   update_law(context.law, body, now, node);
 }
 

@@ -27,6 +27,11 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
 
 void ConstraintSet::reserve(int bodies) { tree_.reserve(bodies); }
 
+void ConstraintSet::reserve_forces(const Inputs& inputs) {
+  contact_forces_.resize(inputs.contacts.size(), Eigen::Vector3d::Zero());
+  tie_forces_.resize(inputs.ties.size());
+}
+
 void ConstraintSet::start(std::span<const ConstraintMemory> memory, const Inputs& inputs) {
   memory_.assign(memory.begin(), memory.end());
   contact_forces_.assign(inputs.contacts.size(), Eigen::Vector3d::Zero());

@@ -17,6 +17,9 @@ class ConstraintSet {
   /// Makes room for a model of so many bodies.
   void reserve(int bodies);
 
+  /// Makes room for the forces of so many contacts and ties; those of the last step stay.
+  void reserve_forces(const Inputs& inputs);
+
   /// A step begins: where its sub-steps look for their impulses first. Forgets the last step's reports.
   void start(std::span<const ConstraintMemory> memory, const Inputs& inputs);
 

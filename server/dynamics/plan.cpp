@@ -44,7 +44,9 @@ void set_body(const RigidGroup& group, const BodyDefinition& body, RootKind root
   math::set_lane(constants.free, k, free ? 1.0 : 0.0);
   math::set_lane(constants.fixed, k, fixed ? 1.0 : 0.0);
   constants.roots = constants.roots || free || fixed;
-  constants.limited = constants.limited || (!free && !fixed && body.limits.any());
+  const bool limited = !free && !fixed && body.limits.any();
+  math::set_lane(constants.unlimited, k, limited ? 0.0 : JointLimits::kInfinity);
+  constants.limited = constants.limited || limited;
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ struct Constants {
   T hardening;
   T free;          ///< 1 for a root that no joint holds
   T fixed;         ///< 1 for a root that is welded to the world
+  T unlimited;     ///< infinite where the joint has no limits, 0 elsewhere
   T anisotropic;   ///< 1 where the joint's law differs between the axes, 0 elsewhere
   bool mounted;    ///< some lane's mount is not the identity
   bool roots;      ///< some lane is free or fixed

@@ -42,6 +42,14 @@ void end_rest_of_woken(const std::vector<char>& asleep, State& state) {
   }
 }
 
+StepReport rest(const Model& model, State& state, const StepOptions& options) {
+  state.time += options.step;
+  StepReport report;
+  report.asleep = model.size();
+  report.resting = true;
+  return report;
+}
+
 }  // namespace
 
 StepReport step(const Model& model, State& state, Workspace& workspace, const Inputs& inputs,
@@ -54,19 +62,14 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
     data.regroup(model, state, order, data.sleepers.wanted());
   };
   data.reserve(inputs);
-  data.prepare(model, state, order);
   std::span<const BodyForce> loads;
   if (may_sleep) {
     loads = loads_of(inputs, state.time + options.step, data.loads);
-    if (keeps_resting(inputs, loads, state)) {
-      state.time += options.step;
-      StepReport unchanged;
-      unchanged.asleep = model.size();
-      unchanged.resting = true;
-      return unchanged;
-    }
-    if (data.sleepers.wake_touched(model, state, inputs, loads)) regroup();
-  } else if (!data.groups.riders().empty() && data.sleepers.wake_all(state)) {
+    if (keeps_resting(inputs, loads, state)) return rest(model, state, options);
+  }
+  data.prepare(model, state, order);
+  if (may_sleep ? data.sleepers.wake_touched(model, state, inputs, loads)
+                : !data.groups.riders().empty() && data.sleepers.wake_all(state)) {
     regroup();
   }
   const Interval whole{.offset = 0.0, .length = options.step};

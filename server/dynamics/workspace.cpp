@@ -67,6 +67,7 @@ void Workspace::Data::arrange(const Model& model, int count) {
 
 void Workspace::Data::reserve(const Inputs& inputs) {
   group_inputs.reserve(inputs);
+  for (ConstraintSet& set : constraints) set.reserve_forces(inputs);
   for (Copy& copy : copies) {
     copy.coupling_forces.resize(inputs.couplings.size());
     copy.drives.resize(inputs.drives.size());
