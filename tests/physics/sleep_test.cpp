@@ -132,6 +132,34 @@ TEST(Sleep, HandPosed_LegsSleepAndThePoseIsTheSame) {
   EXPECT_GE(slept, 8) << "the legs at least, on average";
 }
 
+TEST(Sleep, FingertipPosed_TheBodySleepsBehindThePull) {
+  const Model model(doll_52());
+  State asleep = settled(model);
+  State awake = asleep;
+  Workspace a(model), b(model);
+  ASSERT_TRUE(advance_for(model, asleep, a, 2.0).resting);
+  Coupling start = grip(model, asleep, kLeftFingers + 2);
+  start.stiffness = 5.0;
+  start.damping = 0.2;
+  double most = 0.0;
+  int least_asleep = model.size();
+  for (int n = 0; n < 1000; ++n) {
+    Coupling now = start;
+    now.target_position.z() += 0.003 * std::sin(6.0 * n * kH);
+    now.target_velocity.z() = 0.018 * std::cos(6.0 * n * kH);
+    const Inputs inputs{.couplings = {&now, 1}};
+    const StepReport report = step(model, asleep, a, inputs, {.step = kH, .sleep_angle = kSleepAngle});
+    ASSERT_EQ(report.status, StepStatus::kOk);
+    ASSERT_EQ(step(model, awake, b, inputs, {.step = kH}).status, StepStatus::kOk);
+    most = std::max(most, largest_distance(model, asleep, awake));
+    if (n > 100) least_asleep = std::min(least_asleep, report.asleep);
+  }
+  EXPECT_LE(most, kPoseTolerance);
+  EXPECT_GE(least_asleep, 40) << "what is between the hand and the root too";
+  EXPECT_FALSE(asleep.bodies[kLeftFingers].asleep);
+  EXPECT_GT(largest_distance(model, asleep, settled(model)), 1e-4);
+}
+
 TEST(Sleep, FallingAsleepAndWaking_KeepMomentaAndNeverAddEnergy) {
   ModelDefinition definition = doll_52();
   definition.root = RootKind::kFree;
