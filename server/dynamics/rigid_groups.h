@@ -49,8 +49,8 @@ struct Rider {
   Eigen::Quaterniond rotation;  ///< R_CB
   Eigen::Vector3d origin;       ///< p_CoBo_C: of its joint
   Eigen::Vector3d lever;        ///< from the group's com to its own
-  Composite behind;             ///< the body and all that hangs on it, which rides too unless the joint is rigid
-  // what its place was computed from
+  Composite behind;             ///< the body and the riders of the same group that hang on it
+  // the joint's state when it fell asleep
   Eigen::Quaterniond joint_rotation;
   Eigen::Vector3d torque;
   double yield_scale;

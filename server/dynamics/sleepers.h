@@ -12,17 +12,17 @@
 /// A joint is still while its speed w would turn it by at most a hundredth of the sleep angle until it has settled:
 ///     |w| max(D_f / K_f, sqrt(I / K_f), (D_f + D_d) / K_f if it flows) <= angle / 100
 /// with I the moment of inertia of all behind it, the largest about the joint in the definition's pose. A root that no
-/// joint holds has kDwell to settle, and may move by the same part of the doll's length as well. A subtree all of whose
-/// joints have been still for kDwell, and on which nothing acts but gravity and its parent, rides on its parent from
-/// then on (rigid_groups.h).
+/// joint holds has kDwell to settle, and may move by the same part of the doll's length as well. A joint that has been
+/// still for kDwell sleeps: its body rides on its parent from then on (rigid_groups.h). Joints between a contact, tie,
+/// drive or load and the root, and those at their limits, do not.
 ///
-/// It wakes in the step in which it would no longer be at rest. Riding, a subtree of mass m, com c from the joint and
-/// inertia I about it, needs the torque about the joint
-///     -t = c x m (a - g) + I dw/dt + w x I w
-/// with a its com's acceleration, all of which follow from its group's momenta before and after the step. Where that
-/// differs from the t that the joint fell asleep with, by more than bends its spring by the sleep angle or makes it
-/// yield, the joint wakes and the step is made again. So a pose is never further
-/// than that angle, joint by joint, from what it would be without sleep, and at rest no further than a hundredth of it.
+/// A joint wakes in the step in which it would no longer stay as it is. The bodies that ride behind it in its group, of
+/// mass m, com c from the joint and inertia I about the com, need the torque about the joint
+///     -t = c x m (a - g) + I dw/dt + w x I w + what awake groups and couplings behind it need (transmission.h)
+/// with a the acceleration of their com: all of it follows from momenta before and after the step. Where that differs
+/// from the t that the joint fell asleep with by more than bends its spring by the sleep angle or makes it yield, the
+/// joint wakes and the step is made again. So a pose is never further than that angle, joint by joint, from what it
+/// would be without sleep, and at rest no further than a hundredth of it.
 ///
 /// A group's motion is remembered from when its riders were last looked at, with what their torques leave to their
 /// limits: a bound on the torques' change shows for most steps, at the cost of one body, that none can matter. The
@@ -53,7 +53,7 @@ class Sleepers {
   /// Joints at rest are to sleep too.
   [[nodiscard]] bool let_sleep(const Model& model, const State& state);
 
-  /// How a carrier's group moves in a step of length h. R_WC: in it.
+  /// How a carrier's group moves in the step.
   void observe(const Model& model, const RigidGroup& group, int carrier, const Transmission::Step& step);
 
   /// Lengthens or ends the rest of the carriers in a step of length h from `before` to `after`.

@@ -183,9 +183,10 @@ void world_velocities(const Model& model, State& state, Workspace& workspace, co
 /// "Asymptotic error expansions for stiff equations: the implicit Euler scheme"; Hairer & Wanner II, VI.5). Orders 5
 /// and 6 therefore pay for errors of 1e-5 m and less on a doll.
 ///
-/// With a sleep angle subtrees at rest sleep: they ride rigidly on their parents and cost nothing, until something acts
-/// on them or moves them so that their joints would not stay as they are (sleepers.h). The doll at rest as a whole
-/// stays as it is until its inputs change. Falling asleep keeps the momenta and never adds energy; waking keeps both.
+/// With a sleep angle joints at rest sleep: what hangs on them rides rigidly on their parents and costs nothing, until
+/// something would move it so that the joints did not stay as they are (sleepers.h). The doll at rest as a whole stays
+/// as it is until its inputs change. Falling asleep keeps the momenta and never adds energy; waking keeps both. Bodies
+/// of joints that are rigid and never yield are always one.
 ///
 /// O(n) per solve, a base step at most 15 of them and as many passes over the bodies again; no heap allocation once
 /// `workspace` has seen as many couplings and drives. Throws nothing. On a status other than kOk the state is
