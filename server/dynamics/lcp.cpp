@@ -10,8 +10,23 @@ namespace layfigure::dynamics {
 namespace {
 
 // From a cold start most sets need 3 to 8 steps; one that needs more than this mostly cycles.
-constexpr int kFastIterations = 16;
-// After a proximal round, which finds the active set if it can be found by convexity.
+constexpr int kFastIterations = 8;
+// Rounds on the law: e of the first one, and how it falls after a round that was solved, as far as rounds are. A round
+// that starts near its answer needs 1 to 12 steps mostly; above the largest e a round hardly moves.
+constexpr double kFirstPull = 1e-3;
+constexpr double kPullRatio = 1e-2;
+constexpr double kPullRetreat = 10.0;
+constexpr double kLeastPull = 1e-9;
+constexpr double kLargestPull = 1.0;
+constexpr int kPullIterations = 20;
+// After such a round, whose active set is the answer's or is not.
+constexpr int kPolishIterations = 2;
+// A round progresses where it leaves less than this share of the residual. Of rounds that do not, this many in
+// succession mean that the impulses drift along a direction in which the bodies jam.
+constexpr double kProgress = 0.5;
+constexpr int kStalledPulls = 3;
+constexpr int kStalledRounds = 2;
+// After a convex round, which finds the active set if it can be found by convexity.
 constexpr int kRetryIterations = 8;
 // Sets that took more than this were at the edge of having no solution.
 constexpr int kRounds = 12;
@@ -24,7 +39,7 @@ constexpr double kFirstEpsilon = 1e-2;
 constexpr double kEpsilonRatio = 1e-2;
 constexpr double kLastEpsilon = 1e-6;
 
-/// Whether `ray`, which is overwritten, is one along which (2) without its proximal term falls without end: from
+/// Whether `ray`, which is overwritten, is one along which (3) without its proximal term falls without end: from
 /// (A x + b + s)^T ray >= 0 at a solution x follows |x|_1 >= -(b + s)^T ray / max |A ray|.
 bool is_certificate(lcp::Solver& solver, lcp::Vector& ray) {
   lcp::project_recession(solver.problem, ray);
@@ -54,26 +69,48 @@ bool has_contacts(const lcp::Problem& problem) {
                      [](const LcpRow& row) { return row.kind == LcpRowKind::kContact; });
 }
 
-/// One proximal round from `lambda`, to which its answer goes.
+/// Rounds of the proximal-point method on the law itself, from `lambda`; true if they solve it.
+bool solve_by_pulling(lcp::Solver& solver) {
+  double epsilon = kFirstPull;
+  double least = kLeastPull;
+  int stalled = 0;
+  for (int round = 0; round < kRounds && stalled < kStalledPulls && epsilon <= kLargestPull; ++round) {
+    const double before = solver.best_residual.value;
+    solver.center = solver.lambda;
+    if (solver.solve_coulomb(epsilon, kPullIterations)) {
+      if (solver.rate_answer() || solver.solve_coulomb(0.0, kPolishIterations)) return true;
+      stalled = solver.best_residual.value > kProgress * before ? stalled + 1 : 0;
+      epsilon = std::max(epsilon * kPullRatio, least);
+    } else {
+      epsilon *= kPullRetreat;
+      least = epsilon;
+    }
+  }
+  return false;
+}
+
+/// One convex round from `lambda`, to which its answer goes.
 LcpStatus proximal_round(lcp::Solver& solver, double epsilon) {
   solver.center = solver.lambda;
   solver.solve_proximal(epsilon);
   lcp::Vector& ray = solver.target;
   for (int i = 0; i < solver.problem.size; ++i) ray[i] = solver.lambda[i] - solver.center[i];
   if (is_certificate(solver, ray)) return LcpStatus::kInfeasible;
-  if (solver.rate_answer() || solver.solve_coulomb(kRetryIterations)) return LcpStatus::kSolved;
+  if (solver.rate_answer() || solver.solve_coulomb(0.0, kRetryIterations)) return LcpStatus::kSolved;
   return LcpStatus::kIterationLimit;
 }
 
-LcpStatus solve_by_rounds(lcp::Solver& solver) {
-  const bool contacts = has_contacts(solver.problem);
+LcpStatus solve_by_rounds(lcp::Solver& solver, bool contacts) {
   double epsilon = kFirstEpsilon;
-  for (int round = 0; round < kRounds; ++round) {
+  int stalled = 0;
+  for (int round = 0; round < kRounds && stalled < kStalledRounds; ++round) {
+    const double before = solver.best_residual.value;
     const LcpStatus status = proximal_round(solver, epsilon);
     if (status != LcpStatus::kIterationLimit) return status;
     if (contacts) {
       solver.sweep(kSweeps);
-      if (solver.rate_answer() || solver.solve_coulomb(kRetryIterations)) return LcpStatus::kSolved;
+      if (solver.rate_answer() || solver.solve_coulomb(0.0, kRetryIterations)) return LcpStatus::kSolved;
+      stalled = solver.best_residual.value > kProgress * before ? stalled + 1 : 0;
       lcp::velocities(solver.problem, solver.lambda, solver.v);
       lcp::contact_offsets(solver.problem, solver.v, solver.offset);
     }
@@ -84,9 +121,11 @@ LcpStatus solve_by_rounds(lcp::Solver& solver) {
 
 LcpStatus solve(lcp::Solver& solver) {
   solver.start();
-  if (solver.solve_coulomb(kFastIterations)) return LcpStatus::kSolved;
+  if (solver.solve_coulomb(0.0, kFastIterations)) return LcpStatus::kSolved;
+  const bool contacts = has_contacts(solver.problem);
+  if (contacts && solve_by_pulling(solver)) return LcpStatus::kSolved;
   std::fill(solver.offset.begin(), solver.offset.end(), 0.0);
-  const LcpStatus status = solve_by_rounds(solver);
+  const LcpStatus status = solve_by_rounds(solver, contacts);
   if (status == LcpStatus::kInfeasible) answer_compliantly(solver);
   return status;
 }

@@ -36,12 +36,12 @@ void release(int row, const double* y, ReducedSystem& step) {
   for (int k = 0; k < 3; ++k) step.jump(row + k, -y[k]);
 }
 
-void coulomb_contact(double mu, int row, const double* y, const double* v, ReducedSystem& step) {
+void coulomb_contact(double mu, double compliance, int row, const double* y, const double* v, ReducedSystem& step) {
   const double z[3] = {y[0] - v[0], y[1] - v[1], y[2] - v[2]};
   const double trial = length(z + 1);
   if (!(z[0] > 0.0)) return release(row, y, step);
   if (trial <= mu * z[0]) {
-    for (int k = 0; k < 3; ++k) step.add_free_row(row + k, kRegularization, -v[k]);
+    for (int k = 0; k < 3; ++k) step.add_free_row(row + k, compliance, -v[k]);
     return;
   }
   const Slide slide = slide_of(z, trial, y);
@@ -49,10 +49,10 @@ void coulomb_contact(double mu, int row, const double* y, const double* v, Reduc
             .count = 3,
             .u = {1.0, mu * slide.t[0], mu * slide.t[1]},
             .w = {1.0, 0.0, 0.0},
-            .compliance = kRegularization,
+            .compliance = compliance,
             .rhs = -v[0]});
   const double inverse_share = 1.0 / std::max(mu * z[0] / trial, kLeastShare);
-  step.add(around_cone(row, slide, inverse_share - 1.0 + kRegularization, -inverse_share * slide.around));
+  step.add(around_cone(row, slide, inverse_share - 1.0 + compliance, -inverse_share * slide.around));
   const double missing = mu * y[0] - slide.t[0] * y[1] - slide.t[1] * y[2];
   step.jump(row + 1, missing * slide.t[0]);
   step.jump(row + 2, missing * slide.t[1]);
@@ -100,15 +100,16 @@ void proximal_contact(double mu, const Proximal& at, int row, const double* y, c
 
 }  // namespace
 
-void coulomb_step(const Problem& problem, const Vector& y, const Vector& v, ReducedSystem& step) {
+void coulomb_step(const Problem& problem, double epsilon, const Vector& y, const Vector& v, ReducedSystem& step) {
+  const double compliance = epsilon + kRegularization;
   step.clear(problem.size);
   for (int i = 0; i < problem.size; i += rows_of(problem.rows[i])) {
     const LcpRow& row = problem.rows[i];
     const double z = y[i] - v[i];
     if (row.kind == LcpRowKind::kContact) {
-      coulomb_contact(row.friction, i, &y[i], &v[i], step);
+      coulomb_contact(row.friction, compliance, i, &y[i], &v[i], step);
     } else if (z > row.lower && z < row.upper) {
-      step.add_free_row(i, kRegularization, -v[i]);
+      step.add_free_row(i, compliance, -v[i]);
     } else {
       step.jump(i, std::clamp(z, row.lower, row.upper) - y[i]);
     }

@@ -13,13 +13,14 @@ namespace layfigure::dynamics::lcp {
 
 /// Step on the whole law, equation (1) of lcp.h, z = y - v:
 ///                          U   W   E               r
-///     free or sticking row 1   1   d               -v
-///     sliding contact      p   n   d               -v_n               n: the normal row
-///                          q   q   1/rho - 1 + d   -(1/rho) q^T y     rho = mu z_n / |z_t|
-/// and on a sliding contact g = (mu y_n - t^T y_t) t. Unsymmetric where W differs from U: where contacts slide.
-void coulomb_step(const Problem& problem, const Vector& y, const Vector& v, ReducedSystem& step);
+///     free or sticking row 1   1   e + d           -v
+///     sliding contact      p   n   e + d           -v_n               n: the normal row
+///                          q   q   1/rho - 1 + e + d   -(1/rho) q^T y     rho = mu z_n / |z_t|
+/// and on a sliding contact g = (mu y_n - t^T y_t) t. Unsymmetric where W differs from U: where contacts slide. With
+/// e > 0 the step is on the law of equation (2), whose v includes the pull e (y - c).
+void coulomb_step(const Problem& problem, double epsilon, const Vector& y, const Vector& v, ReducedSystem& step);
 
-/// The convex problem (2) of lcp.h.
+/// The convex problem (3) of lcp.h.
 struct Proximal {
   double epsilon;        ///< e > 0
   const Vector& center;  ///< lambda[k]

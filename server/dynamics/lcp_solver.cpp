@@ -53,48 +53,55 @@ bool Solver::rate_answer() {
   return residual.value <= kLcpTolerance;
 }
 
-double Solver::residual_of_step(double length) {
-  for (int i = 0; i < problem.size; ++i) y[i] = base[i] + length * step.change()[i];
+double Solver::residual_at(double epsilon) {
   velocities(problem, y, v);
+  if (epsilon > 0.0) {
+    for (int i = 0; i < problem.size; ++i) v[i] += epsilon * (y[i] - center[i]);
+  }
   return natural_residual(problem, y, v).value;
 }
 
-double Solver::take_step(double residual) {
+double Solver::residual_of_step(double epsilon, double length) {
+  for (int i = 0; i < problem.size; ++i) y[i] = base[i] + length * step.change()[i];
+  return residual_at(epsilon);
+}
+
+double Solver::take_step(double epsilon, double residual) {
   base = y;
   double best_length = 1.0;
   double least = LcpRow::kInfinity;
   for (const double length : kStepLengths) {
-    const double now = residual_of_step(length);
+    const double now = residual_of_step(epsilon, length);
     if (now < residual) return now;
     if (now < least) {
       least = now;
       best_length = length;
     }
   }
-  return residual_of_step(best_length);
+  return residual_of_step(epsilon, best_length);
 }
 
-bool Solver::accept() {
+bool Solver::accept(double epsilon) {
   base = lambda;
   lambda = y;
   project(problem, lambda);
-  if (rate_answer()) return true;
+  // A round's answer is a start of the next one: it need not be exact in K.
+  if (epsilon > 0.0 || rate_answer()) return true;
   velocities(problem, y, v);
   lambda = base;
   return false;
 }
 
-bool Solver::solve_coulomb(int limit) {
+bool Solver::solve_coulomb(double epsilon, int limit) {
   y = lambda;
-  velocities(problem, y, v);
-  double residual = natural_residual(problem, y, v).value;
+  double residual = residual_at(epsilon);
   for (int k = 0; k < limit; ++k) {
-    if (residual <= kLcpTolerance && accept()) return true;
-    coulomb_step(problem, y, v, step);
+    if (residual <= kLcpTolerance && accept(epsilon)) return true;
+    coulomb_step(problem, epsilon, y, v, step);
     ++iterations;
-    residual = take_step(residual);
+    residual = take_step(epsilon, residual);
   }
-  return residual <= kLcpTolerance && accept();
+  return residual <= kLcpTolerance && accept(epsilon);
 }
 
 double Solver::proximal_gap(double epsilon) {

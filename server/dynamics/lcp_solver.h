@@ -7,13 +7,13 @@ namespace layfigure::dynamics::lcp {
 /// Scaled size of a solution beyond which a set counts as infeasible.
 constexpr double kLargestSolution = 1e7;
 
-/// The two methods of lcp.h on one problem, and their scratch. All vectors have the problem's size.
+/// The methods of lcp.h on one problem, and their scratch. All vectors have the problem's size.
 struct Solver {
   Problem problem;
   ReducedSystem step;
   Vector lambda;  ///< in K: the start, then the latest answer
   Vector y;       ///< the iterate, not necessarily in K
-  Vector v;       ///< A y + b
+  Vector v;       ///< A y + b, and the pull to c in a round on the law
   Vector offset;  ///< s
   Vector center;  ///< c of a proximal round
   Vector target;  ///< P_K(c - (v + s) / e)
@@ -27,10 +27,10 @@ struct Solver {
   /// Sizes the scratch to the problem and takes `lambda`, projected, as the best iterate.
   void start();
 
-  /// Newton's method on the whole law from `lambda`, at most `limit` steps. True: `lambda` is the answer; else it is as
-  /// it was.
-  [[nodiscard]] bool solve_coulomb(int limit);
-  /// Minimises the convex problem (2) with this e about `center` with `offset`; the answer, in K, goes to `lambda`.
+  /// Newton's method on the law (2) about `center`, with e = 0 the law (1) itself, from `lambda`, at most `limit`
+  /// steps. True: `lambda` is the answer; else it is as it was.
+  [[nodiscard]] bool solve_coulomb(double epsilon, int limit);
+  /// Minimises the convex problem (3) with this e about `center` with `offset`; the answer, in K, goes to `lambda`.
   void solve_proximal(double epsilon);
   /// Improves `lambda` by block Gauss-Seidel sweeps over the laws, contacts whole.
   void sweep(int count);
@@ -39,9 +39,10 @@ struct Solver {
   bool rate_answer();
 
  private:
-  [[nodiscard]] double residual_of_step(double length);
-  [[nodiscard]] double take_step(double residual);
-  [[nodiscard]] bool accept();
+  [[nodiscard]] double residual_at(double epsilon);
+  [[nodiscard]] double residual_of_step(double epsilon, double length);
+  [[nodiscard]] double take_step(double epsilon, double residual);
+  [[nodiscard]] bool accept(double epsilon);
   void relax(int row, int count);
   [[nodiscard]] double proximal_gap(double epsilon);
   [[nodiscard]] double slope_at(double epsilon, double length);

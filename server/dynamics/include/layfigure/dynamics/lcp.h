@@ -24,22 +24,29 @@
 ///     would not fall. A step solves one system of the size of the active set, symmetric unless a contact slides. For
 ///     rows without friction it is a primal-dual active-set method. Near a solution convergence is quadratic, and one
 ///     step is exact once the active set is right and nothing slides.
-///  2. Where that fails, rounds of the proximal-point method on the convex problem that friction with a fixed offset s
+///  2. Where that fails and rows are contacts, rounds of the proximal-point method on the law itself: (1) for the
+///     velocities
+///         v + e (lambda - lambda[k])                                                                             (2)
+///     by the same method. Where redundant contacts contradict each other a little, such as those of a capsule that
+///     lies on a plane, the systems of 1 have no solution and its steps no bound; those of (2) have, to first order,
+///     and the pull e (lambda - lambda[k]) vanishes as the rounds converge. e falls after a round that was solved, and
+///     rises after one that was not.
+///  3. Where that stalls, rounds of the proximal-point method on the convex problem that friction with a fixed offset s
 ///     on the normal rows is; K is the product of the rows' sets (reals, half-line, interval, cone), e > 0:
-///         lambda[k+1] = argmin over K of  lambda^T A lambda / 2 + (b + s)^T lambda + e |lambda - lambda[k]|^2 / 2 (2)
+///         lambda[k+1] = argmin over K of  lambda^T A lambda / 2 + (b + s)^T lambda + e |lambda - lambda[k]|^2 / 2 (3)
 ///     With s = mu |v_t| its limit is Coulomb's law (De Saxce & Feng 1998), so s is taken anew after each round, after
-///     some block Gauss-Seidel sweeps; and the fast path is tried again. (2) is solved by Newton's method with a line
+///     some block Gauss-Seidel sweeps; and the fast path is tried again. (3) is solved by Newton's method with a line
 ///     search on its dual, y^T A y / 2 + psi(A y + b): convex, once continuously differentiable, and coercive modulo
-///     the null space of A.
+///     the null space of A. With contacts the rounds end where they no longer reduce the residual.
 ///
-/// Guarantee. (2) always has exactly one solution, to which its Newton iteration converges from anywhere. Without
+/// Guarantee. (3) always has exactly one solution, to which its Newton iteration converges from anywhere. Without
 /// contacts s is zero, the whole problem is convex, and the rounds converge to a solution whenever there is one,
 /// redundant or not. Coulomb's law is not convex: solutions may be several or none, no method is known that always
-/// finds one, and neither the fixed point in s nor the fast path is then guaranteed to converge. Every loop is bounded,
-/// so a call always ends, with a lambda in K.
+/// finds one, and neither the fixed point in s, nor the rounds of (2), nor the fast path is then guaranteed to
+/// converge. Every loop is bounded, so a call always ends, with a lambda in K.
 ///
 /// Fallback. What is not solved is reported as such, and lambda is then
-///   - infeasible: the solution of (2) about P_K(0) with e = 1e-6, that is, with every row a little compliant: for rows
+///   - infeasible: the solution of (3) about P_K(0) with e = 1e-6, that is, with every row a little compliant: for rows
 ///     that contradict each other nearly the least-squares velocity. |lambda / d| <= 1e6 |d (b + s)| if K contains 0.
 ///     Infeasible means that a ray r in K was found with A r = 0, to rounding, and (b + s)^T r < 0, such that every
 ///     solution would have a scaled size above 1e7 m (Farkas' lemma; a proof without contacts, with them for this s).
