@@ -9,8 +9,8 @@
 namespace layfigure::dynamics {
 namespace {
 
-// From a cold start most sets need 3 to 8 steps; one that needs more than this mostly cycles.
-constexpr int kFastIterations = 8;
+// From a cold start most sets need 3 to 12 steps; one that needs more than this mostly cycles.
+constexpr int kFastIterations = 12;
 // Rounds on the law: e of the first one, and how it falls after a round that was solved, as far as rounds are. A round
 // that starts near its answer needs 1 to 12 steps mostly; above the largest e a round hardly moves.
 constexpr double kFirstPull = 1e-3;
