@@ -3,24 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <utility>
-#include <variant>
 
 namespace layfigure::scene {
 namespace {
 
 using dynamics::BodyPose;
-
-/// Radius about the shape frame's origin; a plane has none.
-struct Radius {
-  double operator()(const collision::Sphere& shape) const { return shape.radius; }
-  double operator()(const collision::Capsule& shape) const { return shape.radius + shape.half_length; }
-  double operator()(const collision::ConvexHull& shape) const {
-    double radius = 0.0;
-    for (const Eigen::Vector3d& vertex : shape.vertices) radius = std::max(radius, vertex.norm());
-    return radius;
-  }
-  double operator()(const collision::Plane&) const { return 0.0; }
-};
 
 /// Radius of each body's shapes about its com [m]; 0: none.
 std::vector<double> radii(const SceneDefinition& definition) {
@@ -28,7 +15,7 @@ std::vector<double> radii(const SceneDefinition& definition) {
   for (const collision::ShapeDefinition& shape : definition.shapes) {
     if (shape.body < 0 || shape.body >= static_cast<int>(radii.size())) continue;
     const Eigen::Vector3d& com = definition.model.bodies[shape.body].com;
-    const double radius = (shape.X_BS.position - com).norm() + std::visit(Radius{}, shape.shape);
+    const double radius = (shape.X_BS.position - com).norm() + collision::radius_of(shape.shape);
     radii[shape.body] = std::max(radii[shape.body], radius);
   }
   return radii;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
-#include <variant>
 
 #include "layfigure/math/rotation.h"
 
@@ -24,17 +23,6 @@ constexpr double kDeep = 0.1;
 std::string named(const char* what, std::size_t index) { return what + std::string(" ") + std::to_string(index); }
 
 bool within(double size, double most) { return std::isfinite(size) && size <= most * (1.0 + kLawTolerance); }
-
-struct Radius {
-  double operator()(const collision::Sphere& shape) const { return shape.radius; }
-  double operator()(const collision::Capsule& shape) const { return shape.radius + shape.half_length; }
-  double operator()(const collision::ConvexHull& shape) const {
-    double radius = 0.0;
-    for (const Eigen::Vector3d& vertex : shape.vertices) radius = std::max(radius, vertex.norm());
-    return radius;
-  }
-  double operator()(const collision::Plane&) const { return 0.0; }
-};
 
 /// What a step may bring a body's surface nearer to another's without any contact's noticing: how far its com got off
 /// the way of its velocity, the bow of its turn, and what it moved beyond the reach within which contacts were looked
@@ -103,7 +91,7 @@ OverlapBound::OverlapBound(const scene::SceneDefinition& definition)
       watching_(!definition.shapes.empty()) {
   for (const collision::ShapeDefinition& shape : definition.shapes) {
     if (shape.body < 0) continue;
-    const double radius = std::visit(Radius{}, shape.shape);
+    const double radius = collision::radius_of(shape.shape);
     const double offset = (shape.X_BS.position - definition.model.bodies[shape.body].com).norm();
     radii_[shape.body] = std::max(radii_[shape.body], offset + radius);
     smallest_ = std::min(smallest_, radius);

@@ -39,6 +39,9 @@ struct Plane {};
 
 using Shape = std::variant<Sphere, Capsule, ConvexHull, Plane>;
 
+/// Radius of the ball about the shape frame's origin that holds the shape [m]; 0 for a plane, which none does.
+[[nodiscard]] double radius_of(const Shape& shape);
+
 /// The body index of what does not move: the floor, a table.
 inline constexpr int kWorldBody = -1;
 
