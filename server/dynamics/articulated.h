@@ -40,8 +40,8 @@ inline Sym3<T>& operator+=(Sym3<T>& m, const Isotropic<T>& gain) {
 
 /// Own inertia and momentum target of a body, without its children.
 template <class T>
-inline void assemble(const Constants<T>& body, Node<T>& node) {
-  Articulated<T>& own = node.articulated;
+inline Articulated<T> own_inertia(const Constants<T>& body, const Node<T>& node) {
+  Articulated<T> own;
   const T& m = body.mass;
   const T zero{};
   const Vec3<T> mc = scaled(node.c, m);
@@ -53,6 +53,7 @@ inline void assemble(const Constants<T>& body, Node<T>& node) {
   own.M = {m, zero, zero, m, zero, m};
   own.b_linear = node.target_linear;
   own.b_angular = node.target_angular + cross(node.c, node.target_linear);
+  return own;
 }
 
 /// What an implicit spring adds at the point r from the body's origin: a mass k = h (h K + D) with the impulse h times
@@ -87,10 +88,10 @@ inline Articulated<T> eliminate(const Articulated<T>& own, const Gain& G, const 
 /// velocities in section axes and linear ones in world axes. Torques go to the world by E = axes, velocities by D =
 /// motion = E^-T.
 template <class T>
-inline Articulated<T> eliminate_in_section(Node<T>& node, const Sym3<T>& G, const Vec3<T>& residual) {
-  const Articulated<T>& own = node.articulated;
+inline Articulated<T> eliminate_in_section(const Articulated<T>& own, const Sym3<T>& G, const Vec3<T>& residual,
+                                           Node<T>& node) {
   const Mat3<T>& E = node.axes;
-  const Mat3<T> Dt = transposed(node.motion);
+  const Mat3<T> Dt = transposed(motion_of(node));
   const Articulated<T> turned{congruent(Dt, own.A), Dt * own.H, own.M, Dt * own.b_angular, own.b_linear};
   const Articulated<T> up = eliminate(turned, G, residual, node);
   return {congruent(E, up.A), E * up.H, up.M, E * up.b_angular, up.b_linear};

@@ -31,7 +31,8 @@ inline T absolute(const T& x) {
 template <class T>
 inline Bodies<T> read_moved_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
   const BodyState* to = context.copies[0].to;
-  return gather_bodies<T>([&](int k) { return &to[std::max(plan.schedule.tasks(slot)[k].body, 0)]; });
+  const Task* tasks = plan.schedule.tasks(slot);
+  return gather_bodies<T>([&](int k) { return to + tasks[k].body; });
 }
 
 /// How far the roots of a slot went.
@@ -40,7 +41,7 @@ inline Vec3<T> root_shift(const StepContext& context, const Plan<T>& plan, int s
   const Copy& copy = context.copies[0];
   const auto shift = [&](int k, int axis) {
     const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy < 0 || task.parent_slot != plan.schedule.size()) return 0.0;
+    if (task.idle || task.parent_slot != plan.schedule.size()) return 0.0;
     return copy.to[task.body].position[axis] - copy.from[task.body].position[axis];
   };
   return {math::from_lanes<T>([&](int k) { return shift(k, 0); }),
@@ -54,16 +55,42 @@ inline T rotational_energy(const EnergyConstants<T>& body, const Quat<T>& orient
   return T(0.5) * dot(times(along, along), body.inverse_moments);
 }
 
+template <class T>
+struct Moves {
+  Quat<T> orientation;
+  Vec3<T> shift;
+};
+
+template <class T>
+inline void keep_moves(const Plan<T>& plan, int slot, Moved<T>& moved) {
+  if (!plan.schedule.read_by_lane(slot)) return;
+  const Quat<T>& q = moved.orientation;
+  keep_row<T>({q.w, q.x, q.y, q.z}, moved.rows, 0);
+  keep_row<T>({moved.shift.x, moved.shift.y, moved.shift.z, T(0.0)}, moved.rows, 1);
+}
+
+template <class T>
+inline Moves<T> moves_of_parents(const Plan<T>& plan, const std::vector<Moved<T>>& all, int slot) {
+  if (plan.schedule.aligned(slot)) {
+    const Moved<T>& parent = all[plan.schedule.parent_slot(slot)];
+    return {parent.orientation, parent.shift};
+  }
+  const auto [w, x, y, z] = rows_of_parents(plan, all, slot, &Moved<T>::rows, 0);
+  const math::Quad<T> shift = rows_of_parents(plan, all, slot, &Moved<T>::rows, 1);
+  return {{w, x, y, z}, {shift.a, shift.b, shift.c}};
+}
+
 /// Poses after the step; returns how far the coms went.
 template <class T>
 inline Vec3<T> move(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot,
                     const Bodies<T>& after, std::vector<Moved<T>>& all) {
   const Constants<T>& body = plan.constants[slot];
   Moved<T>& moved = all[slot];
-  const Quat<T> parent = of_parents(plan, all, slot, &Moved<T>::orientation);
+  const auto [parent, parent_shift] = moves_of_parents(plan, all, slot);
   moved.orientation = renormalized((body.mounted ? parent * body.mount : parent) * after.rotation);
-  moved.shift = of_parents(plan, all, slot, &Moved<T>::shift) + (rotate(parent, body.anchor) - nodes[slot].r);
+  moved.shift = parent_shift + (rotate(parent, body.anchor) - nodes[slot].r);
   if (body.roots) moved.shift += root_shift(context, plan, slot);
+  keep_moves(plan, slot, moved);
   return moved.shift + (rotate(moved.orientation, body.com) - nodes[slot].c);
 }
 
@@ -128,7 +155,7 @@ inline void add_loads(const StepContext& context, const Plan<T>& plan, const Nod
   const Copy& copy = context.copies[0];
   for (int k = 0; k < kLanes<T>; ++k) {
     const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy < 0) continue;
+    if (task.idle) continue;
     add_work(copy, copy.loads[task.body], lane(shift, k), reach[task.body], lane(node.w_WB, k), balance);
   }
 }
@@ -177,11 +204,12 @@ inline Balance measure(const StepContext& context, const Plan<T>& plan, const st
   const int slots = plan.schedule.size();
   records.moved[slots].orientation = {T(1.0), T(0.0), T(0.0), T(0.0)};
   records.moved[slots].shift = Vec3<T>{};
+  keep_moves(plan, slots, records.moved[slots]);
   Sums<T> sums;
   Balance balance;
   for (int slot = 0; slot < slots; ++slot) {
     const EnergyConstants<T>& energy = records.constants[slot];
-    const Bodies<T> before = read_bodies(context, plan, slot);
+    const Bodies<T>& before = nodes[slot].now;
     const Bodies<T> after = read_moved_bodies(context, plan, slot);
     const Vec3<T> shift = move(context, plan, nodes, slot, after, records.moved);
     add_kinetic(energy, nodes[slot], before, after, records.moved[slot], sums);
@@ -240,10 +268,9 @@ void set_records(const Model& model, const RigidGroups& groups, const Schedule& 
   for (int slot = 0; slot < schedule.size(); ++slot) {
     for (int k = 0; k < schedule.lanes(); ++k) {
       const Task& task = schedule.tasks(slot)[k];
-      const bool idle = task.copy < 0;
-      set_body(idle ? idle_group() : groups.group(task.body), idle ? JointLaw{} : model.body(task.body).joint, k,
-               records.constants[slot]);
-      math::set_lane(records.constants[slot].active, k, idle ? 0.0 : 1.0);
+      set_body(task.idle ? idle_group() : groups.group(task.body), task.idle ? JointLaw{} : model.body(task.body).joint,
+               k, records.constants[slot]);
+      math::set_lane(records.constants[slot].active, k, task.idle ? 0.0 : 1.0);
     }
   }
 }

@@ -25,6 +25,7 @@ struct Moved {
   Vec3<T> shift;        ///< how far its origin went, world
   T spin;               ///< rotational kinetic energy
   T turning;            ///< its part that arose because the body turned on with a constant angular momentum
+  LaneRows<T, 2> rows;  ///< orientation, shift
 };
 
 template <class T>

@@ -16,7 +16,7 @@ namespace layfigure::dynamics {
 template <class T>
 inline T step_lengths(const StepContext& context, const Plan<T>& plan, int slot) {
   const Task* tasks = plan.schedule.tasks(slot);
-  return math::from_lanes<T>([&](int k) { return context.copies[std::max(tasks[k].copy, 0)].h; });
+  return math::from_lanes<T>([&](int k) { return context.copies[tasks[k].copy].h; });
 }
 
 /// Impulses of the scene's loads on the bodies of a slot, taken at the end of the sub-step.
@@ -26,7 +26,7 @@ inline void add_loads(const StepContext& context, const Plan<T>& plan, int slot,
   Vec3<T> torque{};
   for (int k = 0; k < kLanes<T>; ++k) {
     const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy < 0) continue;
+    if (task.idle) continue;
     const BodyForce& load = context.copies[task.copy].loads[task.body];
     math::set_lane(force, k, load.force);
     math::set_lane(torque, k, load.torque);
@@ -41,8 +41,8 @@ template <class T>
 inline void update_strain(const Constants<T>& body, const Bodies<T>& now, const Mat3<T>& R, Node<T>& node) {
   const Quat<T> elastic = conjugate(now.rest) * now.rotation;
   node.strain = log_rotation(elastic);
-  node.axes = node.motion = R;
-  node.driven = false;
+  node.axes = R;
+  node.skewed = !body.isotropic;
   if (body.isotropic) return;
   node.strain = rotate(conjugate(body.section), node.strain);
   const StrainRate<T> rate = strain_rate(elastic, node.strain, body.anisotropic);
@@ -58,7 +58,6 @@ inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& 
   node.law.gain = scaled(body.stiffness, h) + body.damping;
   node.elastic_torque = times(body.stiffness, node.strain);
   node.elastic = true;
-  node.linearized = elastic_return<T>();
   if (!body.flows) return;
   node.law.inverse_shape = body.inverse_shape;
   node.law.flow_damping = body.flow_damping;
@@ -69,22 +68,19 @@ inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& 
   linearize(kind, now.trial_torque, node);
 }
 
-template <class T>
-inline T limit_slacks(const StepContext& context, const Plan<T>& plan, int slot) {
-  const Task* tasks = plan.schedule.tasks(slot);
-  return math::from_lanes<T>([&](int k) { return state_of(context, tasks[k]).limit_slack; });
-}
-
 /// World pose, inertia axes, law and free momenta of a slot's bodies; their parents' are known.
 template <class T>
 inline void update_kinematics(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   const Constants<T>& body = plan.constants[slot];
-  const Bodies<T> now = read_bodies(context, plan, slot);
   Node<T>& node = nodes[slot];
+  node.now = read_bodies(context, plan, slot);
+  const Bodies<T>& now = node.now;
   node.h = step_lengths(context, plan, slot);
-  const Quat<T> carrier = of_parents(plan, nodes, slot, &Node<T>::orientation);
+  node.held = node.driven = false;
+  const Quat<T> carrier = orientations_of_parents(plan, nodes, slot);
   const Quat<T> parent = body.mounted ? carrier * body.mount : carrier;
   node.orientation = renormalized(parent * now.rotation);
+  keep_orientations(plan, slot, node);
   node.r = rotate(carrier, body.anchor);
   const Mat3<T> R = matrix(node.orientation);
   update_strain(body, now, R, node);
@@ -96,19 +92,9 @@ inline void update_kinematics(const StepContext& context, const Plan<T>& plan, s
   node.target_linear = now.linear_momentum + Vec3<T>{mh * g.x, mh * g.y, mh * g.z};
   node.target_angular = now.angular_momentum;
   if (context.inputs->loads != nullptr) add_loads(context, plan, slot, node);
-  if (body.limited) node.slack = limit_slacks(context, plan, slot) + body.unlimited;
+  if (body.limited) node.slack = now.limit_slack + body.unlimited;
   update_law(context.law, body, now, node);
 }
-
-/// A coupling over one sub-step: force = pull - resistance u, with u the velocity of the held point (or of the held
-/// frame).
-struct CouplingTerms {
-  Vec3<double> r;  ///< held point from the body's origin, world
-  double resistance;
-  Vec3<double> pull;
-  double angular_resistance;
-  Vec3<double> angular_pull;
-};
 
 /// p_WBo of the body in one lane, summed along its path to the root.
 template <class T>
@@ -152,16 +138,21 @@ inline CouplingTerms coupling_terms(const StepContext& context, const Plan<T>& p
   return terms;
 }
 
+/// Finds the couplings' terms and adds them to the bodies that they hold.
 template <class T>
-inline void add_couplings(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
+inline void begin_couplings(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
+  const auto couplings = context.inputs->couplings;
   for (int copy = 0; copy < static_cast<int>(context.copies.size()); ++copy) {
     const double h = context.copies[copy].h;
-    for (const Coupling& coupling : context.inputs->couplings) {
-      const CouplingTerms terms = coupling_terms(context, plan, nodes, copy, coupling);
-      const auto spring = spring_terms(terms.r, h * terms.resistance, scaled(terms.pull, h),
-                                       h * terms.angular_resistance, scaled(terms.angular_pull, h));
-      add_lane(spring, nodes[plan.schedule.slot_of(copy, coupling.body)].articulated,
-               plan.schedule.lane_of(copy, coupling.body));
+    for (std::size_t k = 0; k < couplings.size(); ++k) {
+      CouplingTerms& terms = context.copies[copy].couplings[k];
+      terms = coupling_terms(context, plan, nodes, copy, couplings[k]);
+      Node<T>& node = nodes[plan.schedule.slot_of(copy, couplings[k].body)];
+      if (!node.held) node.spring = {};
+      node.held = true;
+      add_lane(spring_terms(terms.r, h * terms.resistance, scaled(terms.pull, h), h * terms.angular_resistance,
+                            scaled(terms.angular_pull, h)),
+               node.spring, plan.schedule.lane_of(copy, couplings[k].body));
     }
   }
 }
@@ -170,15 +161,15 @@ template <class T>
 inline void measure_couplings(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   const auto couplings = context.inputs->couplings;
   for (int copy = 0; copy < static_cast<int>(context.copies.size()); ++copy) {
+    Copy& run = context.copies[copy];
     for (std::size_t k = 0; k < couplings.size(); ++k) {
-      const CouplingTerms terms = coupling_terms(context, plan, nodes, copy, couplings[k]);
+      const CouplingTerms& terms = run.couplings[k];
       const Node<T>& node = nodes[plan.schedule.slot_of(copy, couplings[k].body)];
       const int lane = plan.schedule.lane_of(copy, couplings[k].body);
       const Vec3<double> spin = math::lane_of(node.w_WB, lane);
       const Vec3<double> velocity = math::lane_of(node.v_WB, lane) + cross(spin, terms.r);
       const Vec3<double> force = terms.pull - scaled(velocity, terms.resistance);
       const Vec3<double> torque = terms.angular_pull - scaled(spin, terms.angular_resistance);
-      Copy& run = context.copies[copy];
       run.coupling_forces[k] = {math::lane(force, 0), math::lane(torque, 0)};
       run.work.input += run.h * (dot(force, velocity) + dot(torque, spin));
     }
@@ -189,7 +180,7 @@ inline void measure_couplings(const StepContext& context, const Plan<T>& plan, c
 template <class T>
 inline void update_roots(const Constants<T>& body, const Vec3<T>& W, Node<T>& node) {
   Vec3<T> w, v;
-  solve_free_root(node.articulated, w, v);
+  solve_free_root(node.root, w, v);
   const auto free = body.free > T(0.0);
   const auto fixed = body.fixed > T(0.0);
   node.w_WB = math::select(free, w, math::select(fixed, Vec3<T>{}, node.w_WB));
@@ -197,46 +188,63 @@ inline void update_roots(const Constants<T>& body, const Vec3<T>& W, Node<T>& no
   node.w_PB = math::select(free || fixed, transposed_times(node.axes, node.w_WB - W), node.w_PB);
 }
 
+template <class T>
+inline Sym3<T> diagonal(const Vec3<T>& d) {
+  return {d.x, T(0.0), T(0.0), d.y, T(0.0), d.z};
+}
+
 /// h dt/dw of the linearised laws in section axes: diag(h share a) - h curvature (a u) (a u)^T, and the drives'.
 template <class T>
 inline Sym3<T> gain_of(const Node<T>& node) {
-  const Vec3<T> diagonal = scaled(times(node.linearized.share, node.law.gain), node.h);
-  Sym3<T> G = math::dyad(T(-(node.h * node.linearized.curvature)), times(node.law.gain, node.linearized.u));
-  G += Sym3<T>{diagonal.x, T(0.0), T(0.0), diagonal.y, T(0.0), diagonal.z};
+  const Vec3<T>& a = node.law.gain;
+  Sym3<T> G = diagonal(scaled(node.elastic ? a : times(node.linearized.share, a), node.h));
+  if (!node.elastic) G += math::dyad(T(-(node.h * node.linearized.curvature)), times(a, node.linearized.u));
   if (node.driven) G += node.drive_gain;
   return G;
 }
 
-/// Eliminates a slot's joints from the leaves' side and adds them to their parents. Laws that differ between the axes
-/// are eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
+/// Inertia and momentum target of a slot's bodies with all that hangs on them; their children's joints have been
+/// eliminated.
+template <class T>
+inline Articulated<T> articulated_of(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot) {
+  Articulated<T> sum = own_inertia(plan.constants[slot], nodes[slot]);
+  if (nodes[slot].held) sum += nodes[slot].spring;
+  add_children(plan, nodes, slot, sum);
+  return sum;
+}
+
+/// Eliminates a slot's joints from the leaves' side and passes the rest to their parents. Laws that differ between the
+/// axes are eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   Node<T>& node = nodes[slot];
+  const Articulated<T> own = articulated_of(plan, nodes, slot);
+  if (plan.constants[slot].roots) node.root = own;
   Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
   if (node.driven) residual += node.drive_residual;
   node.in_section = node.driven || !(node.elastic && plan.constants[slot].isotropic);
-  const auto up = node.in_section
-                      ? eliminate_in_section(node, gain_of(node), residual)
-                      : eliminate(node.articulated, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
-  add_to_parents(plan, nodes, slot, shifted(up, node.r));
+  const auto up = node.in_section ? eliminate_in_section(own, gain_of(node), residual, node)
+                                  : eliminate(own, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
+  pass_to_parents(plan, slot, shifted(up, node.r), node);
 }
 
 template <class T>
 inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   const Constants<T>& body = plan.constants[slot];
   Node<T>& node = nodes[slot];
-  const Vec3<T> W = of_parents(plan, nodes, slot, &Node<T>::w_WB);
-  node.v_WB = of_parents(plan, nodes, slot, &Node<T>::v_WB) + cross(W, node.r);
+  const auto [W, V] = velocities_of_parents(plan, nodes, slot);
+  node.v_WB = V + cross(W, node.r);
   if (node.in_section) {
     const Vec3<T> W_S = transposed_times(node.axes, W);
     const Vec3<T> w_S = node.y + node.P * W_S - node.B * node.v_WB;
-    node.w_WB = node.motion * w_S;
+    node.w_WB = motion_of(node) * w_S;
     node.w_PB = w_S - W_S;
   } else {
     node.w_WB = node.y + node.P * W - node.B * node.v_WB;
     node.w_PB = transposed_times(node.axes, node.w_WB - W);
   }
   if (body.roots) update_roots(body, W, node);
+  keep_velocities(plan, slot, node);
 }
 
 /// A slot's joints turn by no more than their slack.
@@ -282,8 +290,6 @@ inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::v
   SolveReport report;
   const int slots = plan.schedule.size();
   while (true) {
-    for (int slot = 0; slot < slots; ++slot) assemble(plan.constants[slot], nodes[slot]);
-    add_couplings(context, plan, nodes);
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
     report.constrained = find_velocities(context, plan, nodes, report.constrained);
     ++report.solves;
@@ -314,26 +320,33 @@ inline Vec3<T> flow_rate(const Node<T>& node, const Vec3<T>& trial, const Vec3<T
 /// The rotation from rest to which a joint moves with the velocity w: exp(q) exp(h w), or exp(q + h w) for the rate of
 /// an anisotropic joint's strain.
 template <class T>
-inline Quat<T> strained(const Constants<T>& body, const Bodies<T>& now, const Node<T>& node, const Vec3<T>& w) {
-  const Quat<T> elastic = conjugate(now.rest) * now.rotation;
+inline Quat<T> strained(const Constants<T>& body, const Node<T>& node, const Vec3<T>& w) {
+  const Quat<T> elastic = conjugate(node.now.rest) * node.now.rotation;
   if (body.isotropic) return elastic * math::exp_rotation(scaled(w, node.h));
   const Vec3<T> turn = scaled(w, node.h);
   const Quat<T> by_rate = math::exp_rotation(rotate(body.section, node.strain + turn));
   return math::select(body.anisotropic > T(0.0), by_rate, elastic * math::exp_rotation(rotate(body.section, turn)));
 }
 
+/// Work that the bodies of the last copy did, lane by lane.
+template <class T>
+struct Losses {
+  T viscous{0.0};
+  T flow{0.0};
+};
+
 /// Moves the rest rotations of the joints that flow, so that they are strained by the elastic part of the motion.
 template <class T>
-inline void flow(const StepContext& context, const Plan<T>& plan, const Node<T>& node, int slot, const Vec3<T>& torque,
-                 const Vec3<T>& w_d, const Bodies<T>& now, Bodies<T>& next) {
+inline void flow(const Constants<T>& body, const Node<T>& node, const Vec3<T>& torque, const Vec3<T>& w_d,
+                 Bodies<T>& next, Losses<T>& losses) {
   const auto flowing = node.linearized.flowing > T(0.0);
   const T work = node.h * dot(torque, w_d);
   const T norm = math::square_root(squared_norm(node.law, torque));
   const auto some = flowing && norm > T(0.0);
-  next.flow = now.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
-  add_work(context, plan, slot, &Work::flow, math::select(flowing, work, T(0.0)));
-  const Quat<T> elastic = strained(plan.constants[slot], now, node, node.w_PB - w_d);
-  next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), now.rest);
+  next.flow = node.now.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
+  losses.flow = losses.flow + math::select(flowing && body.reported > T(0.0), work, T(0.0));
+  const Quat<T> elastic = strained(body, node, node.w_PB - w_d);
+  next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), node.now.rest);
 }
 
 /// Work that the loads do on a slot's bodies, `velocity` being that of the com.
@@ -342,7 +355,7 @@ inline void account_loads(const StepContext& context, const Plan<T>& plan, const
                           const Vec3<T>& velocity) {
   for (int k = 0; k < kLanes<T>; ++k) {
     const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy < 0) continue;
+    if (task.idle) continue;
     Copy& copy = context.copies[task.copy];
     const BodyForce& load = copy.loads[task.body];
     copy.work.input += copy.h * (load.force.dot(lane(velocity, k)) + load.torque.dot(lane(node.w_WB, k)));
@@ -358,14 +371,14 @@ inline T remaining_slack(const Node<T>& node) {
 /// Returns 0, or NaN in a lane whose state is not finite. Adds to `bound` if there is one.
 template <class T>
 inline T commit(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot,
-                BoundSums<T>* bound) {
+                Losses<T>& losses, BoundSums<T>* bound) {
   const Constants<T>& body = plan.constants[slot];
   const Node<T>& node = nodes[slot];
-  const Bodies<T> now = read_bodies(context, plan, slot);
+  const Bodies<T>& now = node.now;
   Bodies<T> next = now;
   if (body.limited) next.limit_slack = remaining_slack(node);
   next.rotation = renormalized(body.isotropic ? now.rotation * math::exp_rotation(scaled(node.w_PB, node.h))
-                                              : now.rest * strained(body, now, node, node.w_PB));
+                                              : now.rest * strained(body, node, node.w_PB));
   const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);
   next.linear_momentum = scaled(velocity, body.mass);
   next.angular_momentum =
@@ -375,10 +388,11 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   Vec3<T> w_f = node.w_PB;
   if (!node.elastic) {
     const Vec3<T> w_d = flow_rate(node, next.trial_torque, torque);
-    flow(context, plan, node, slot, torque, w_d, now, next);
+    flow(body, node, torque, w_d, next, losses);
     w_f = w_f - w_d;
   }
-  add_work(context, plan, slot, &Work::viscous, T(node.h * dot(times(w_f, w_f), body.damping)));
+  const T viscous = node.h * dot(times(w_f, w_f), body.damping);
+  losses.viscous = losses.viscous + math::select(body.reported > T(0.0), viscous, T(0.0));
   if (context.inputs->loads != nullptr) account_loads(context, plan, node, slot, velocity);
   if (bound != nullptr) {
     add_to_bound(plan.bounds[slot], body, node, next.linear_momentum - now.linear_momentum, next.angular_momentum, w_f,
@@ -399,13 +413,17 @@ inline void commit_all(const StepContext& context, const Plan<T>& plan, const st
   measure_drives(context, nodes);
   if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
   T probe{};
+  Losses<T> losses;
   BoundSums<T> bound;
   const Inputs& inputs = *context.inputs;
   const bool bounded = context.copies.size() == 1 && !report.constrained && inputs.loads == nullptr &&
                        inputs.couplings.empty() && inputs.drives.empty();
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
-    probe = probe + commit(context, plan, nodes, slot, bounded ? &bound : nullptr);
+    probe = probe + commit(context, plan, nodes, slot, losses, bounded ? &bound : nullptr);
   }
+  Work& work = context.copies.back().work;
+  work.viscous += math::total(losses.viscous);
+  work.flow += math::total(losses.flow);
   report.finite = math::all(probe == T(0.0));
   if (!bounded) return;
   report.dissipative = surely_dissipative(bound, context.copies[0].h, std::sqrt(dot(context.gravity, context.gravity)));
@@ -417,7 +435,10 @@ inline SolveReport base_step_of(const StepContext& context, const Plan<T>& plan,
   Node<T>& world = nodes[slots];
   world.orientation = {T(1.0), T(0.0), T(0.0), T(0.0)};
   world.w_WB = world.v_WB = Vec3<T>{};
+  keep_orientations(plan, slots, world);
+  keep_velocities(plan, slots, world);
   for (int slot = 0; slot < slots; ++slot) update_kinematics(context, plan, nodes, slot);
+  begin_couplings(context, plan, nodes);
   begin_drives(context, plan, nodes);
   SolveReport report = solve(context, plan, nodes);
   commit_all(context, plan, nodes, report);

@@ -131,7 +131,7 @@ void ConstraintSet::take_bounds(LimitedJoint& joint, const StepContext& context,
     if (joint.taken[index] || !std::isfinite(bound.gap)) continue;
     const Node<T>& node = nodes[plan.schedule.slot_of(copy, joint.body)];
     const int lane = plan.schedule.lane_of(copy, joint.body);
-    const Eigen::Vector3d w = lane_matrix(node.motion, lane) * math::lane(node.w_PB, lane);
+    const Eigen::Vector3d w = lane_matrix(motion_of(node), lane) * math::lane(node.w_PB, lane);
     if (bound.gap + h * bound.direction.dot(joint.axes.transpose() * w) >= 0.0) continue;
     joint.taken[index] = true;
     add(limit_block(joint, index, h), h);
@@ -147,7 +147,7 @@ Eigen::Vector3d ConstraintSet::row_velocity(const ConstraintBlock& block, const 
   const Jacobian& jacobian = block.jacobian;
   if (jacobian.joint >= 0) {
     const int slot = plan.schedule.slot_of(copy, jacobian.joint);
-    const Eigen::Matrix3d motion = lane_matrix(nodes[slot].motion, plan.schedule.lane_of(copy, jacobian.joint));
+    const Eigen::Matrix3d motion = lane_matrix(motion_of(nodes[slot]), plan.schedule.lane_of(copy, jacobian.joint));
     return jacobian.torque.transpose() * (motion * read(jacobian.joint, &Node<T>::w_PB));
   }
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();

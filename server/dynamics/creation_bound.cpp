@@ -54,7 +54,7 @@ void set_bounds(const Model& model, const RigidGroups& groups, const Levers& lev
   for (int slot = 0; slot < schedule.size(); ++slot) {
     for (int k = 0; k < schedule.lanes(); ++k) {
       const Task& task = schedule.tasks(slot)[k];
-      if (task.copy >= 0) set_body(model, groups, task.body, levers, k, bounds[slot]);
+      if (!task.idle) set_body(model, groups, task.body, levers, k, bounds[slot]);
     }
   }
 }

@@ -42,7 +42,7 @@ inline void linearize(const Vec3<double>& trial, DriveTerms& drive) {
 template <class T>
 inline Vec3<double> relative_velocity(const DriveTerms& drive, const std::vector<Node<T>>& nodes) {
   const Node<T>& node = nodes[drive.slot];
-  return math::lane_of(node.motion, drive.lane) * math::lane_of(node.w_PB, drive.lane);
+  return math::lane_of(motion_of(node), drive.lane) * math::lane_of(node.w_PB, drive.lane);
 }
 
 /// The drive over one sub-step, linearised as if the joint kept up with its target.
@@ -75,7 +75,7 @@ inline DriveTerms drive_terms(const StepContext& context, const Plan<T>& plan, c
 /// What the linearised drive adds to its joint's gain and residual, in section axes.
 template <class T>
 inline void add_to_joint(const DriveTerms& drive, double h, Node<T>& node) {
-  const Mat3<double> motion = math::lane_of(node.motion, drive.lane);
+  const Mat3<double> motion = math::lane_of(motion_of(node), drive.lane);
   const double k = h * drive.resistance * drive.share;
   Sym3<double> gain = math::dyad(-k, drive.direction);
   gain += Sym3<double>{k, 0.0, 0.0, k, 0.0, k};

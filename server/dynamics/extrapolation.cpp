@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernel.h"
+#include "lane_transfer.h"
 
 namespace layfigure::dynamics {
 namespace {
@@ -44,8 +45,7 @@ struct Carriers {
 
 /// Rotations of up to four bodies from the one at place `first` on in one run, side by side.
 Quat<Pack> rotations_of(const std::vector<BodyState>& run, Rotation member, Carriers carriers, std::size_t first) {
-  return math::quaternion_from_lanes<Pack>(
-      [&](int k) -> const Eigen::Quaterniond& { return run[carriers.at(first + k)].*member; });
+  return gather_rotations<Pack>([&](int k) { return &run[carriers.at(first + k)]; }, member);
 }
 
 /// Weighted sum of the runs' rotations from the finest one on, by the log map. Weights that sum to one make it a
@@ -142,11 +142,14 @@ void extrapolate(Workspace::Data& data, int order) {
     double flow = weights[order - 1] * body.flow;
     for (int k = 0; k + 1 < order; ++k) flow += weights[k] * data.runs[k][i].flow;
     body.flow = flow;
-    for (const auto member : {&BodyState::position, &BodyState::linear_momentum, &BodyState::angular_momentum}) {
+    const auto combine_vectors = [&](Eigen::Vector3d BodyState::*member) {
       Eigen::Vector3d sum = weights[order - 1] * (body.*member);
       for (int k = 0; k + 1 < order; ++k) sum += weights[k] * (data.runs[k][i].*member);
       body.*member = sum;
-    }
+    };
+    combine_vectors(&BodyState::linear_momentum);
+    combine_vectors(&BodyState::angular_momentum);
+    if (data.groups.group(i).parent < 0) combine_vectors(&BodyState::position);
   }
   const Carriers carriers{data.groups.carriers()};
   extrapolate_rotations(data.runs, &BodyState::rotation, carriers, weights, order);

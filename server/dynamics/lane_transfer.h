@@ -1,14 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 
 #include "run.h"
 
 /// Moving values between slots, whose lanes are different bodies, and between slots and the bodies' states.
 namespace layfigure::dynamics {
-
-template <class T>
-constexpr int kLanes = math::LaneTraits<T>::kCount;
 
 /// A value made of scalars T as an array of doubles: number j of lane k is at [j lanes + k].
 template <class T, class Value>
@@ -33,40 +32,6 @@ inline Eigen::Matrix3d lane_matrix(const Sym3<T>& m, int k) {
   return lane_matrix(math::full(m), k);
 }
 
-/// The member of each lane's parent; the world's where it has none. `nodes` has an entry per slot and the world's.
-template <class T, class Entry, class Value>
-inline Value of_parents(const Plan<T>& plan, const std::vector<Entry>& nodes, int slot, Value Entry::*member) {
-  const Schedule& schedule = plan.schedule;
-  if (schedule.aligned(slot)) return nodes[schedule.parent_slot(slot)].*member;
-  const Task* tasks = schedule.tasks(slot);
-  const auto parent_number = [&](int k, std::size_t j) {
-    return numbers<T>(nodes[tasks[k].parent_slot].*member)[j * kLanes<T> + tasks[k].parent_lane];
-  };
-  Value value;
-  T* const to = reinterpret_cast<T*>(&value);
-  for (std::size_t j = 0; j < sizeof(Value) / sizeof(T); ++j) {
-    to[j] = math::from_lanes<T>([&](int k) { return parent_number(k, j); });
-  }
-  return value;
-}
-
-/// Adds each lane's value to a sum of its copy.
-template <class T>
-inline void add_work(const StepContext& context, const Plan<T>& plan, int slot, double Work::*sum, const T& value) {
-  for (int k = 0; k < kLanes<T>; ++k) {
-    const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy >= 0) context.copies[task.copy].work.*sum += math::lane(value, k);
-  }
-}
-
-/// Adds one lane's share of a child's articulated inertia to its parent's.
-template <class T>
-inline void add_lane(const Articulated<T>& child, int child_lane, Articulated<T>& parent, int parent_lane) {
-  const double* from = numbers<T>(child) + child_lane;
-  double* to = numbers<T>(parent) + parent_lane;
-  for (std::size_t j = 0; j < sizeof(Articulated<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j * kLanes<T>];
-}
-
 /// Adds a value of one body in its lane.
 template <class T, template <class> class Value>
 inline void add_lane(const Value<double>& value, Value<T>& sum, int lane) {
@@ -75,81 +40,209 @@ inline void add_lane(const Value<double>& value, Value<T>& sum, int lane) {
   for (std::size_t j = 0; j < sizeof(Value<T>) / sizeof(T); ++j) to[j * kLanes<T>] += from[j];
 }
 
-template <class T>
-inline void add_to_parents(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot, const Articulated<T>& child) {
-  const Schedule& schedule = plan.schedule;
-  const int world = schedule.size();
-  if (schedule.aligned(slot)) {
-    if (schedule.parent_slot(slot) != world) nodes[schedule.parent_slot(slot)].articulated += child;
-    return;
-  }
-  for (int k = 0; k < kLanes<T>; ++k) {
-    const Task& task = schedule.tasks(slot)[k];
-    if (task.parent_slot != world) add_lane(child, k, nodes[task.parent_slot].articulated, task.parent_lane);
-  }
+// --- between slots ---------------------------------------------------------------------------------------------------
+
+/// Row `row` of what each lane's parent keeps in rows. `nodes` has an entry per slot and the world's.
+template <class T, class Entry, class Rows>
+inline math::Quad<T> rows_of_parents(const Plan<T>& plan, const std::vector<Entry>& nodes, int slot, Rows Entry::*rows,
+                                     int row = 0) {
+  const Task* tasks = plan.schedule.tasks(slot);
+  return math::gather<T>(
+      [&](int k) { return (nodes[tasks[k].parent_slot].*rows).lanes[tasks[k].parent_lane].data() + 4 * row; });
 }
 
-/// The state of the body in each lane before the step; an idle lane reads some body's.
+/// Keeps numbers of a slot's bodies for slots that are not aligned to it.
+template <class T, int kRows>
+inline void keep_row(const math::Quad<T>& value, LaneRows<T, kRows>& rows, int row = 0) {
+  math::scatter(value, [&](int k) { return rows.lanes[k].data() + 4 * row; });
+}
+
 template <class T>
-struct Bodies {
-  Quat<T> rotation;
-  Quat<T> rest;
-  Vec3<T> linear_momentum;
-  Vec3<T> angular_momentum;
-  Vec3<T> trial_torque;
-  T flow;
-  T yield_scale;
-  T limit_slack{};
+inline void keep_orientations(const Plan<T>& plan, int slot, Node<T>& node) {
+  if (!plan.schedule.read_by_lane(slot)) return;
+  const Quat<T>& q = node.orientation;
+  keep_row<T>({q.w, q.x, q.y, q.z}, node.orientation_rows);
+}
+
+template <class T>
+inline void keep_velocities(const Plan<T>& plan, int slot, Node<T>& node) {
+  if (!plan.schedule.read_by_lane(slot)) return;
+  const Vec3<T>& w = node.w_WB;
+  const Vec3<T>& v = node.v_WB;
+  keep_row<T>({w.x, w.y, w.z, T(0.0)}, node.velocity_rows, 0);
+  keep_row<T>({v.x, v.y, v.z, T(0.0)}, node.velocity_rows, 1);
+}
+
+template <class T>
+inline Quat<T> orientations_of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot) {
+  if (plan.schedule.aligned(slot)) return nodes[plan.schedule.parent_slot(slot)].orientation;
+  const auto [w, x, y, z] = rows_of_parents(plan, nodes, slot, &Node<T>::orientation_rows);
+  return {w, x, y, z};
+}
+
+template <class T>
+struct Velocities {
+  Vec3<T> w;
+  Vec3<T> v;
 };
 
-inline const BodyState& state_of(const StepContext& context, const Task& task) {
-  return task.copy < 0 ? context.copies[0].from[0] : context.copies[task.copy].from[task.body];
+template <class T>
+inline Velocities<T> velocities_of_parents(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot) {
+  if (plan.schedule.aligned(slot)) {
+    const Node<T>& parent = nodes[plan.schedule.parent_slot(slot)];
+    return {parent.w_WB, parent.v_WB};
+  }
+  const math::Quad<T> w = rows_of_parents(plan, nodes, slot, &Node<T>::velocity_rows, 0);
+  const math::Quad<T> v = rows_of_parents(plan, nodes, slot, &Node<T>::velocity_rows, 1);
+  return {{w.a, w.b, w.c}, {v.a, v.b, v.c}};
 }
 
-/// The bodies state(0), state(1), .. , one per lane.
-template <class T, class F>
-inline Bodies<T> gather_bodies(const F& state) {
-  std::array<const BodyState*, kLanes<T>> states;
-  for (int k = 0; k < kLanes<T>; ++k) states[k] = state(k);
-  return {math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rotation; }),
-          math::quaternion_from_lanes<T>([&](int k) -> auto& { return states[k]->rest_rotation; }),
-          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->linear_momentum; }),
-          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->angular_momentum; }),
-          math::vector_from_lanes<T>([&](int k) -> auto& { return states[k]->trial_torque; }),
-          math::from_lanes<T>([&](int k) { return states[k]->flow; }),
-          math::from_lanes<T>([&](int k) { return states[k]->yield_scale; })};
+constexpr int kArticulatedNumbers = 27;
+static_assert(sizeof(Articulated<double>) == kArticulatedNumbers * sizeof(double));
+static_assert(kArticulatedNumbers == 4 * kArticulatedRows - 1);
+
+/// Keeps what a slot's bodies add to their parents.
+template <class T>
+inline void pass_to_parents(const Plan<T>& plan, int slot, const Articulated<T>& up, Node<T>& node) {
+  const T* const from = reinterpret_cast<const T*>(&up);
+  if (plan.schedule.passed_whole(slot)) {
+    std::copy_n(from, kArticulatedNumbers, reinterpret_cast<T*>(&node.passed));
+    return;
+  }
+  for (int row = 0; row < kArticulatedRows; ++row) {
+    const T* const at = from + 4 * row;
+    keep_row<T>({at[0], at[1], at[2], row + 1 < kArticulatedRows ? at[3] : T(0.0)}, node.passed, row);
+  }
+}
+
+/// The sums of what the children of one lane's body have passed on.
+template <class T>
+inline void sum_children(const std::vector<Node<T>>& nodes, std::span<const int> children,
+                         std::array<math::Lanes4, kArticulatedRows>& sums) {
+  const auto row_of = [&](int place, int row) {
+    return math::load(nodes[place / kLanes<T>].passed.lanes[place % kLanes<T>].data() + 4 * row);
+  };
+  if (children.empty()) {
+    sums.fill(math::Lanes4(0.0));
+    return;
+  }
+  for (int row = 0; row < kArticulatedRows; ++row) sums[row] = row_of(children[0], row);
+  for (const int place : children.subspan(1)) {
+    for (int row = 0; row < kArticulatedRows; ++row) sums[row] = sums[row] + row_of(place, row);
+  }
+}
+
+/// Adds what the children have passed on, in tree order whatever the schedule.
+template <class T>
+inline void add_children(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Articulated<T>& own) {
+  const Schedule& schedule = plan.schedule;
+  T* const to = reinterpret_cast<T*>(&own);
+  if (schedule.adds_whole(slot)) {
+    for (const int place : schedule.children(slot, schedule.busy_lane(slot))) {
+      const T* const from = reinterpret_cast<const T*>(&nodes[place / kLanes<T>].passed);
+      for (int j = 0; j < kArticulatedNumbers; ++j) to[j] = to[j] + from[j];
+    }
+    return;
+  }
+  std::array<std::array<math::Lanes4, kArticulatedRows>, kLanes<T>> sums;
+  for (int k = 0; k < kLanes<T>; ++k) sum_children(nodes, schedule.children(slot, k), sums[k]);
+  for (int row = 0; row < kArticulatedRows; ++row) {
+    const math::Quad<T> sum = math::gather<T>([&](int k) { return math::numbers(sums[k][row]); });
+    T* const at = to + 4 * row;
+    at[0] = at[0] + sum.a;
+    at[1] = at[1] + sum.b;
+    at[2] = at[2] + sum.c;
+    if (row + 1 < kArticulatedRows) at[3] = at[3] + sum.d;
+  }
+}
+
+// --- the bodies' states ----------------------------------------------------------------------------------------------
+
+// Steps read and write each vector with the number behind it.
+static_assert(offsetof(BodyState, flow) == offsetof(BodyState, linear_momentum) + 3 * sizeof(double));
+static_assert(offsetof(BodyState, yield_scale) == offsetof(BodyState, angular_momentum) + 3 * sizeof(double));
+static_assert(offsetof(BodyState, limit_slack) == offsetof(BodyState, trial_torque) + 3 * sizeof(double));
+static_assert(offsetof(BodyState, rest_time) == offsetof(BodyState, torque) + 3 * sizeof(double));
+
+/// Four numbers of each lane's body; state(k) is that of lane k.
+template <class T, class State>
+inline math::Quad<T> gather_numbers(const State& state, Eigen::Vector3d BodyState::*vector) {
+  return math::gather<T>([&](int k) { return (state(k)->*vector).data(); });
+}
+template <class T, class State>
+inline Quat<T> gather_rotations(const State& state, Eigen::Quaterniond BodyState::*rotation) {
+  const math::Quad<T> q = math::gather<T>([&](int k) { return (state(k)->*rotation).coeffs().data(); });
+  return {q.d, q.a, q.b, q.c};
+}
+
+template <class T, class State>
+inline Bodies<T> gather_bodies(const State& state) {
+  const math::Quad<T> linear = gather_numbers<T>(state, &BodyState::linear_momentum);
+  const math::Quad<T> angular = gather_numbers<T>(state, &BodyState::angular_momentum);
+  const math::Quad<T> trial = gather_numbers<T>(state, &BodyState::trial_torque);
+  return {.rotation = gather_rotations<T>(state, &BodyState::rotation),
+          .rest = gather_rotations<T>(state, &BodyState::rest_rotation),
+          .linear_momentum = {linear.a, linear.b, linear.c},
+          .angular_momentum = {angular.a, angular.b, angular.c},
+          .trial_torque = {trial.a, trial.b, trial.c},
+          .flow = linear.d,
+          .yield_scale = angular.d,
+          .limit_slack = trial.d};
 }
 
 template <class T>
 inline Bodies<T> read_bodies(const StepContext& context, const Plan<T>& plan, int slot) {
   const Task* tasks = plan.schedule.tasks(slot);
-  return gather_bodies<T>([&](int k) { return &state_of(context, tasks[k]); });
+  std::array<const BodyState*, kLanes<T>> states;
+  for (int k = 0; k < kLanes<T>; ++k) {
+    states[k] = context.copies[tasks[k].copy].from + tasks[k].body;
+  }
+  return gather_bodies<T>([&](int k) { return states[k]; });
+}
+
+template <class T, class State>
+inline void scatter_numbers(const Vec3<T>& three, const T& fourth, const State& state,
+                            Eigen::Vector3d BodyState::*vector) {
+  math::scatter<T>({three.x, three.y, three.z, fourth}, [&](int k) { return (state(k)->*vector).data(); });
+}
+template <class T, class State>
+inline void scatter_rotations(const Quat<T>& q, const State& state, Eigen::Quaterniond BodyState::*rotation) {
+  math::scatter<T>({q.x, q.y, q.z, q.w}, [&](int k) { return (state(k)->*rotation).coeffs().data(); });
+}
+
+/// The positions of bodies that are no roots never change.
+template <class T>
+inline void move_roots(const StepContext& context, const Plan<T>& plan, int slot, const Node<T>& node) {
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const Task& task = plan.schedule.tasks(slot)[k];
+    if (task.idle || task.parent_slot != plan.schedule.size()) continue;
+    const Copy& copy = context.copies[task.copy];
+    copy.to[task.body].position = copy.from[task.body].position + copy.h * lane(node.v_WB, k);
+  }
 }
 
 template <class T>
 inline void write_bodies(const StepContext& context, const Plan<T>& plan, int slot, const Node<T>& node,
                          const Bodies<T>& bodies, const Vec3<T>& torque) {
+  const Task* tasks = plan.schedule.tasks(slot);
+  BodyState unread;
+  std::array<BodyState*, kLanes<T>> states;
   for (int k = 0; k < kLanes<T>; ++k) {
-    const Task& task = plan.schedule.tasks(slot)[k];
-    if (task.copy < 0) continue;
-    const Copy& copy = context.copies[task.copy];
-    BodyState& state = copy.to[task.body];
-    const Eigen::Vector3d& position = copy.from[task.body].position;
-    const bool root = task.parent_slot == plan.schedule.size();
-    state.position = root ? (position + copy.h * lane(node.v_WB, k)).eval() : position;
-    state.rotation = lane(bodies.rotation, k);
-    state.rest_rotation = lane(bodies.rest, k);
-    state.linear_momentum = lane(bodies.linear_momentum, k);
-    state.angular_momentum = lane(bodies.angular_momentum, k);
-    state.torque = lane(torque, k);
-    state.trial_torque = lane(bodies.trial_torque, k);
-    state.flow = math::lane(bodies.flow, k);
-    state.yield_scale = math::lane(bodies.yield_scale, k);
-    state.yielding = math::lane(node.linearized.flowing, k) > 0.0;
-    state.limit_slack = math::lane(bodies.limit_slack, k);
-    state.rest_time = copy.from[task.body].rest_time;
-    state.asleep = false;
+    states[k] = tasks[k].idle ? &unread : context.copies[tasks[k].copy].to + tasks[k].body;
   }
+  const auto state = [&](int k) { return states[k]; };
+  scatter_rotations(bodies.rotation, state, &BodyState::rotation);
+  scatter_rotations(bodies.rest, state, &BodyState::rest_rotation);
+  scatter_numbers(bodies.linear_momentum, bodies.flow, state, &BodyState::linear_momentum);
+  scatter_numbers(bodies.angular_momentum, bodies.yield_scale, state, &BodyState::angular_momentum);
+  scatter_numbers(bodies.trial_torque, bodies.limit_slack, state, &BodyState::trial_torque);
+  // Whoever lets bodies sleep counts their rest (sleepers.h).
+  scatter_numbers(torque, T(0.0), state, &BodyState::torque);
+  for (int k = 0; k < kLanes<T>; ++k) {
+    states[k]->yielding = !node.elastic && math::lane(node.linearized.flowing, k) > 0.0;
+    states[k]->asleep = false;
+  }
+  if (plan.constants[slot].based) move_roots(context, plan, slot, node);
 }
 
 }  // namespace layfigure::dynamics

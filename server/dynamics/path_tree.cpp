@@ -15,22 +15,25 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
 
 /// The factor's blocks, as eliminate_joints() had them.
 template <class T>
-void read_factor(const Constants<T>& constants, const Node<T>& source, PathNode& node) {
+void read_factor(const Plan<T>& plan, const std::vector<Node<T>>& nodes, PathNode& node) {
+  const Constants<T>& constants = plan.constants[node.slot];
+  const Node<T>& source = nodes[node.slot];
   const int k = node.lane;
-  const Eigen::Matrix3d A = lane_matrix(source.articulated.A, k);
-  const Eigen::Matrix3d H = lane_matrix(source.articulated.H, k);
+  const Articulated<T> articulated = articulated_of(plan, nodes, node.slot);
+  const Eigen::Matrix3d A = lane_matrix(articulated.A, k);
+  const Eigen::Matrix3d H = lane_matrix(articulated.H, k);
   node.free = math::lane(constants.free, k) > 0.0;
   node.fixed = math::lane(constants.fixed, k) > 0.0;
   if (node.free) {
     // Block elimination of the linear velocity, as in solve_free_root().
-    node.X_linear = lane_matrix(math::inverse(source.articulated.M), k);
+    node.X_linear = lane_matrix(math::inverse(articulated.M), k);
     node.H = H;
     node.X = (A - H * node.X_linear * H.transpose()).inverse();
     return;
   }
   const Eigen::Matrix3d gain = lane_matrix(gain_of(source), k);
   node.axes = source.in_section ? lane_matrix(source.axes, k) : Eigen::Matrix3d::Identity();
-  node.motion = source.in_section ? lane_matrix(source.motion, k) : Eigen::Matrix3d::Identity();
+  node.motion = source.in_section ? lane_matrix(motion_of(source), k) : Eigen::Matrix3d::Identity();
   node.G = gain;
   node.A = node.motion.transpose() * A * node.motion;
   node.H = node.motion.transpose() * H;
@@ -57,7 +60,7 @@ void PathTree::refresh(const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   blocks_.clear();
   for (int k = 0; k < count_; ++k) {
     nodes_[k].efforts.clear();
-    read_factor(plan.constants[nodes_[k].slot], nodes[nodes_[k].slot], nodes_[k]);
+    read_factor(plan, nodes, nodes_[k]);
   }
 }
 
@@ -83,7 +86,7 @@ void PathTree::touch(const StepContext& context, const Plan<T>& plan, const std:
   node.r = math::lane(nodes[slot].r, lane);
   node.origin = root ? context.copies[copy].from[body].position : Eigen::Vector3d(at(parent).origin + node.r);
   node.efforts.clear();
-  read_factor(plan.constants[slot], nodes[slot], node);
+  read_factor(plan, nodes, node);
 }
 
 void PathTree::begin(int rows) {
@@ -172,8 +175,8 @@ void PathTree::apply(const Eigen::Ref<const Eigen::VectorXd>& impulses, std::vec
       if (node.free) linear += effort.force * impulse;
     }
     Node<T>& target = nodes[node.slot];
-    add_to_lane(node.free ? target.articulated.b_angular : target.y, node.lane, angular);
-    if (node.free) add_to_lane(target.articulated.b_linear, node.lane, linear);
+    add_to_lane(node.free ? target.root.b_angular : target.y, node.lane, angular);
+    if (node.free) add_to_lane(target.root.b_linear, node.lane, linear);
   }
 }
 

@@ -60,13 +60,15 @@ void arrange(const Model& model, const RigidGroups& groups, const Levers& levers
   plan.constants.resize(plan.schedule.size());
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Constants<T>& constants = plan.constants[slot];
-    constants.mounted = constants.roots = constants.flows = constants.limited = false;
+    constants.mounted = constants.based = constants.roots = constants.flows = constants.limited = false;
     constants.isotropic = true;
     for (int k = 0; k < plan.schedule.lanes(); ++k) {
       const Task& task = plan.schedule.tasks(slot)[k];
-      const bool none = task.copy < 0;
+      const bool none = task.idle;
       set_body(none ? idle : groups.group(task.body), none ? unjointed : model.body(task.body),
                none ? RootKind::kBall : model.root(), k, constants);
+      constants.based = constants.based || (!none && task.parent_slot == plan.schedule.size());
+      math::set_lane(constants.reported, k, !none && task.copy + 1 == plan.schedule.copies() ? 1.0 : 0.0);
     }
   }
   plan.limited.clear();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -41,7 +42,9 @@ struct Constants {
   T fixed;         ///< 1 for a root that is welded to the world
   T unlimited;     ///< infinite where the joint has no limits, 0 elsewhere
   T anisotropic;   ///< 1 where the joint's law differs between the axes, 0 elsewhere
+  T reported;      ///< 1 for bodies of the last copy, whose work a step reports, 0 elsewhere
   bool mounted;    ///< some lane's mount is not the identity
+  bool based;      ///< some lane's body hangs on the world
   bool roots;      ///< some lane is free or fixed
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits
@@ -59,14 +62,40 @@ struct Articulated {
   Vec3<T> b_linear;
 };
 
+/// The state of the body in each lane; that of an idle lane is some body's.
+template <class T>
+struct Bodies {
+  Quat<T> rotation;
+  Quat<T> rest;
+  Vec3<T> linear_momentum;
+  Vec3<T> angular_momentum;
+  Vec3<T> trial_torque;
+  T flow;
+  T yield_scale;
+  T limit_slack;
+};
+
+template <class T>
+constexpr int kLanes = math::LaneTraits<T>::kCount;
+
+/// Numbers of the body in each lane that other slots read, lane by lane, four by four.
+template <class T, int kRows>
+struct alignas(32) LaneRows {
+  std::array<std::array<double, 4 * kRows>, kLanes<T>> lanes;
+};
+
+/// Rows that hold an Articulated of one lane.
+constexpr int kArticulatedRows = 7;
+
 /// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said.
 template <class T>
 struct Node {
-  T h;  ///< length of the step
+  T h;            ///< length of the step
+  Bodies<T> now;  ///< before it
   // kinematics
   Quat<T> orientation;
   Mat3<T> axes;    ///< of the joint's section: a torque of the law is axes t, u = axes^T (w_WB - W) its velocity
-  Mat3<T> motion;  ///< the inverse of axes^T: w_WB - W = motion u
+  Mat3<T> motion;  ///< the inverse of axes^T, w_WB - W = motion u, where the law is not the same in all directions
   Vec3<T> r;       ///< from the parent's origin
   Vec3<T> c;       ///< from the origin to the com
   Vec3<T> u;
@@ -74,14 +103,20 @@ struct Node {
   // momenta that the bodies would have if nothing held them, about the com
   Vec3<T> target_linear;
   Vec3<T> target_angular;
-  Articulated<T> articulated;
+  bool held;              ///< couplings hold some lane's body ...
+  Articulated<T> spring;  ///< ... and add this
   // factor: angular velocity = y + P W - B V from the parent's velocity W, V carried to this joint
   Mat3<T> P;
   Mat3<T> B;
   Vec3<T> y;
+  Articulated<T> root;  ///< of the lanes that hold free roots
   // velocities of the body
   Vec3<T> w_WB;
   Vec3<T> v_WB;
+  // for other slots
+  LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints; in packs if `whole`
+  LaneRows<T, 1> orientation_rows;
+  LaneRows<T, 2> velocity_rows;  ///< w_WB, v_WB
   // joint law, section axes
   StepLaw<T> law;
   Vec3<T> strain;          ///< q_f[n]
@@ -98,10 +133,26 @@ struct Node {
   Vec3<T> iterate;
   Vec3<T> affine;
   bool elastic;     ///< linearised below yield in every lane
+  bool skewed;      ///< axes and motion differ
   bool in_section;  ///< the factor is in section axes
 };
 
+template <class T>
+inline const Mat3<T>& motion_of(const Node<T>& node) {
+  return node.skewed ? node.motion : node.axes;
+}
+
 class ConstraintSet;
+
+/// A coupling over one sub-step: force = pull - resistance u, with u the velocity of the held point (or of the held
+/// frame).
+struct CouplingTerms {
+  Vec3<double> r;  ///< held point from the body's origin, world
+  double resistance;
+  Vec3<double> pull;
+  double angular_resistance;
+  Vec3<double> angular_pull;
+};
 
 /// A drive (step.h) in a sub-step, world axes. Against the relative angular velocity w of its joint it exerts t: s
 /// shortened to the largest torque, with the trial torque s = resistance w - pull.
@@ -125,6 +176,7 @@ struct Copy {
   const BodyState* from{nullptr};              ///< the bodies before the sub-step ...
   BodyState* to{nullptr};                      ///< ... and after it; may be the same
   std::vector<BodyForce> loads;                ///< of the sub-step, one per body
+  std::vector<CouplingTerms> couplings;        ///< of the sub-step, one per coupling
   std::vector<BodyForce> coupling_forces;      ///< of the sub-step, one per coupling
   std::vector<DriveTerms> drives;              ///< of the sub-step, one per drive
   std::vector<Eigen::Vector3d> drive_torques;  ///< of the sub-step, one per drive

@@ -1,15 +1,17 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 namespace layfigure::dynamics {
 
 /// Which body of which copy of the doll a SIMD lane works on.
 struct Task {
-  int copy{-1};  ///< -1: the lane is idle
-  int body{-1};
+  int copy{0};
+  int body{0};
   int parent_slot{0};
   int parent_lane{0};
+  bool idle{true};  ///< nothing comes of it; body 0 of copy 0 is there to be read
 };
 
 /// An order of work for `copies` copies of one tree, in slots of `lanes` bodies that are worked on side by side:
@@ -34,6 +36,23 @@ class Schedule {
   [[nodiscard]] bool aligned(int slot) const { return aligned_[slot]; }
   /// Where an aligned slot's parents are; size() if they are the world.
   [[nodiscard]] int parent_slot(int slot) const { return parent_slot_[slot]; }
+  /// Some slot that is not aligned has parents here; size(): the world.
+  [[nodiscard]] bool read_by_lane(int slot) const { return read_by_lane_[slot]; }
+  /// The children of the bodies here are, one after the other, in whole slots that are aligned to this one.
+  [[nodiscard]] bool adds_whole(int slot) const { return adds_whole_[slot]; }
+  /// It is one of those, so that its parents take it whole.
+  [[nodiscard]] bool passed_whole(int slot) const { return passed_whole_[slot]; }
+  /// The first lane that does not idle.
+  [[nodiscard]] int busy_lane(int slot) const {
+    int lane = 0;
+    while (tasks(slot)[lane].idle) ++lane;
+    return lane;
+  }
+  /// Places (slot lanes + lane) of the children of the body in a lane, in tree order.
+  [[nodiscard]] std::span<const int> children(int slot, int lane) const {
+    const int place = slot * lanes_ + lane;
+    return {children_.data() + first_child_place_[place], children_.data() + first_child_place_[place + 1]};
+  }
   [[nodiscard]] int slot_of(int copy, int body) const { return place_[copy * bodies_ + body] / lanes_; }
   [[nodiscard]] int lane_of(int copy, int body) const { return place_[copy * bodies_ + body] % lanes_; }
 
@@ -51,7 +70,9 @@ class Schedule {
   [[nodiscard]] Ready take_first();
   void fill_slot(const std::vector<int>& parents);
   void link_parents(const std::vector<int>& parents);
+  void link_children(const std::vector<int>& parents);
   [[nodiscard]] bool is_aligned(int slot) const;
+  [[nodiscard]] bool has_whole_children(int slot) const;
 
   int lanes_;
   int copies_;
@@ -60,6 +81,11 @@ class Schedule {
   std::vector<int> place_;   ///< slot * lanes + lane, of each body of each copy
   std::vector<char> aligned_;
   std::vector<int> parent_slot_;
+  std::vector<char> read_by_lane_;
+  std::vector<char> adds_whole_;
+  std::vector<char> passed_whole_;
+  std::vector<int> first_child_place_;  ///< in children_, of each place and of the end
+  std::vector<int> children_;
   // scratch of arrange()
   std::vector<int> height_;  ///< length of the longest path from each body down to a leaf
   std::vector<int> first_child_;

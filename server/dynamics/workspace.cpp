@@ -69,6 +69,7 @@ void Workspace::Data::reserve(const Inputs& inputs) {
   group_inputs.reserve(inputs);
   for (ConstraintSet& set : constraints) set.reserve_forces(inputs);
   for (Copy& copy : copies) {
+    copy.couplings.resize(inputs.couplings.size());
     copy.coupling_forces.resize(inputs.couplings.size());
     copy.drives.resize(inputs.drives.size());
     copy.drive_torques.resize(inputs.drives.size());

@@ -50,6 +50,23 @@ TEST(Lanes4, Select_TakesLaneByLane) {
   EXPECT_FALSE(all(a > Lanes4(2.5)));
 }
 
+TEST(Lanes4, GatherAndScatter_MoveFourNumbersOfEachLane) {
+  alignas(32) double from[4][4];
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 4; ++j) from[k][j] = 10.0 * k + j;
+  }
+  const Quad<Lanes4> numbers = gather<Lanes4>([&](int k) { return from[3 - k]; });
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(lane(numbers.a, k), from[3 - k][0]);
+    EXPECT_EQ(lane(numbers.d, k), from[3 - k][3]);
+  }
+  alignas(32) double to[4][4];
+  scatter(numbers, [&](int k) { return to[3 - k]; });
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 4; ++j) EXPECT_EQ(to[k][j], from[k][j]);
+  }
+}
+
 TEST(Sym3, Inverse_OfStiffMatrix_KeepsItsDigits) {
   const Sym3<double> matrix{2e6, 3.0, -1.0, 4.0, 0.5, 5.0};
   const Sym3<double> inv = inverse(matrix);

@@ -9,19 +9,21 @@
 
 namespace layfigure::dynamics {
 
-/// The state of one joint and of the body behind it.
-struct BodyState {
+/// The state of one joint and of the body behind it. Each number follows a vector of three, so that steps read and
+/// write them four at a time.
+struct alignas(32) BodyState {
   Eigen::Quaterniond rotation;       ///< R_PB; a root: R_WB
   Eigen::Quaterniond rest_rotation;  ///< R_PB at which the joint is unstrained; flow moves it
-  Eigen::Vector3d position;          ///< a root's origin in the world [m]; other bodies: the anchor, constant
   Eigen::Vector3d linear_momentum;   ///< of the body, world [kg m/s]
-  Eigen::Vector3d angular_momentum;  ///< of the body about its com, world [kg m^2/s]
-  Eigen::Vector3d torque;            ///< t of the last step, in B [N m]: what the joint's strain exerts
-  Eigen::Vector3d trial_torque;      ///< s of the last step, section axes [N m]: t as if nothing flowed (warm start)
   double flow;                       ///< accumulated over all flow so far [rad]: what hardening grows with
+  Eigen::Vector3d angular_momentum;  ///< of the body about its com, world [kg m^2/s]
   double yield_scale;                ///< softness: scales the joint's yield torque from now on, >= 0
+  Eigen::Vector3d trial_torque;      ///< s of the last step, section axes [N m]: t as if nothing flowed (warm start)
   double limit_slack;                ///< the joint can surely turn by this before its limits matter [rad]
-  double rest_time;                  ///< for how long the joint, or a root, has been as good as still [s]
+  Eigen::Vector3d torque;            ///< t of the last step, in B [N m]: what the joint's strain exerts
+  double rest_time;                  ///< for how long the joint, or a root, has been as good as still [s]; steps that
+                                     ///< let nothing sleep set it to 0
+  Eigen::Vector3d position;          ///< a root's origin in the world [m]; other bodies: the anchor, constant
   bool yielding;                     ///< the joint flowed in the last step
   bool asleep;                       ///< the body rides on its parent: the joint does not move for now. Its momenta are
                                      ///< a part of those of the first body towards the root that is not asleep, about

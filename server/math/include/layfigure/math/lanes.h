@@ -65,6 +65,52 @@ inline T from_lanes(const F& f) {
   }
 }
 
+/// Four values, as four doubles side by side in memory have them.
+template <class T>
+struct Quad {
+  T a, b, c, d;
+};
+
+/// Rows to columns.
+inline Quad<Lanes4> transposed(const Quad<Lanes4>& m) {
+  const auto ab_even = __builtin_shufflevector(m.a.v, m.b.v, 0, 4, 2, 6);
+  const auto ab_odd = __builtin_shufflevector(m.a.v, m.b.v, 1, 5, 3, 7);
+  const auto cd_even = __builtin_shufflevector(m.c.v, m.d.v, 0, 4, 2, 6);
+  const auto cd_odd = __builtin_shufflevector(m.c.v, m.d.v, 1, 5, 3, 7);
+  return {Lanes4(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5)),
+          Lanes4(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5)),
+          Lanes4(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7)),
+          Lanes4(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7))};
+}
+
+inline const double* numbers(const Lanes4& value) { return reinterpret_cast<const double*>(&value.v); }
+
+/// Four doubles from an address that is a multiple of 32.
+inline Lanes4 load(const double* from) { return Lanes4(*reinterpret_cast<const Lanes4::Vector*>(from)); }
+inline void store(const Lanes4& value, double* to) { *reinterpret_cast<Lanes4::Vector*>(to) = value.v; }
+
+/// What is at address(0), address(1), .. , four doubles each, one per lane.
+template <class T, class F>
+inline Quad<T> gather(const F& address) {
+  if constexpr (LaneTraits<T>::kCount == 1) {
+    const double* const from = address(0);
+    return {from[0], from[1], from[2], from[3]};
+  } else {
+    return transposed({load(address(0)), load(address(1)), load(address(2)), load(address(3))});
+  }
+}
+/// Puts each lane's four doubles to its address.
+template <class T, class F>
+inline void scatter(const Quad<T>& value, const F& address) {
+  if constexpr (LaneTraits<T>::kCount == 1) {
+    double* const to = address(0);
+    to[0] = value.a, to[1] = value.b, to[2] = value.c, to[3] = value.d;
+  } else {
+    const Quad<T> rows = transposed(value);
+    store(rows.a, address(0)), store(rows.b, address(1)), store(rows.c, address(2)), store(rows.d, address(3));
+  }
+}
+
 /// Sum over the lanes.
 template <class T>
 inline double total(const T& value) {

@@ -239,19 +239,6 @@ inline Vec3<T> log_rotation(const Quat<T>& q) {
   return {q.x * f, q.y * f, q.z * f};
 }
 
-/// The pack of the vectors f(0), f(1), .. , one per lane.
-template <class T, class F>
-inline Vec3<T> vector_from_lanes(const F& f) {
-  return {from_lanes<T>([&](int k) { return f(k).x(); }), from_lanes<T>([&](int k) { return f(k).y(); }),
-          from_lanes<T>([&](int k) { return f(k).z(); })};
-}
-/// The pack of the quaternions f(0), f(1), .. , one per lane.
-template <class T, class F>
-inline Quat<T> quaternion_from_lanes(const F& f) {
-  return {from_lanes<T>([&](int k) { return f(k).w(); }), from_lanes<T>([&](int k) { return f(k).x(); }),
-          from_lanes<T>([&](int k) { return f(k).y(); }), from_lanes<T>([&](int k) { return f(k).z(); })};
-}
-
 template <class T>
 inline Vec3<T> broadcast(const Eigen::Vector3d& v) {
   return {T(v.x()), T(v.y()), T(v.z())};
