@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "layfigure/math/rotation.h"
-#include "null_space.h"
 
 namespace layfigure::spidar {
 namespace {
@@ -14,7 +13,7 @@ using Eigen::Vector3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kConvergedStep = 1e-9;  // [m]: far below any encoder's count
-constexpr int kWarmSteps = 4;
+constexpr int kWarmSteps = 6;
 constexpr int kColdSteps = 40;
 constexpr double kColdDamping = 1e-3;  // of J^T J's diagonal, as it falls off with the misfit
 constexpr double kColdTurn = 0.7;      // [rad] of the further starts
@@ -38,12 +37,17 @@ PoseEstimate PoseSolver::solve(const Lengths& lengths) {
   return estimate;
 }
 
-PoseEstimate PoseSolver::refine(Pose pose, const Lengths& lengths, int most_steps, double damping) const {
+PoseEstimate PoseSolver::refine(const Pose& pose, const Lengths& lengths, int most_steps, double damping,
+                                int without) const {
   PoseEstimate estimate{.pose = pose};
   while (estimate.iterations < most_steps) {
     Eigen::Matrix<double, kStrings, 6> J = length_jacobian(geometry_, estimate.pose);
     J.rightCols<3>() /= grip_radius_;
-    const Lengths misfit = string_lengths(geometry_, estimate.pose) - lengths;
+    Lengths misfit = string_lengths(geometry_, estimate.pose) - lengths;
+    if (without != kNone) {
+      J.row(without).setZero();
+      misfit[without] = 0.0;
+    }
     Matrix6 normal = J.transpose() * J;
     normal.diagonal() *= 1.0 + damping * misfit.norm() / grip_radius_;
     const Eigen::LLT<Matrix6> factor(normal);
@@ -80,21 +84,25 @@ PoseEstimate PoseSolver::find(const Lengths& lengths) const {
   return best;
 }
 
-/// An error e in string i shows in the plane of the spare equations as e n_i, n_i row i of the null space of J^T.
 void PoseSolver::judge(const Lengths& lengths, PoseEstimate& estimate) const {
-  const Lengths misfit = string_lengths(geometry_, estimate.pose) - lengths;
-  estimate.misfit = misfit.norm();
-  estimate.suspicious = estimate.misfit > kSuspiciousCounts * geometry_.metres_per_count;
-  if (!estimate.suspicious) return;
-  const NullSpace N = null_space(scaled_wrench_matrix(geometry_, estimate.pose));
-  const Eigen::Vector2d parity = N.transpose() * misfit;
-  double best = -1.0;
+  estimate.misfit = (string_lengths(geometry_, estimate.pose) - lengths).norm();
+  estimate.suspicious = !(estimate.misfit <= kSuspiciousCounts * geometry_.metres_per_count);
+  if (estimate.suspicious) estimate.suspect = find_suspect(estimate.pose, lengths);
+}
+
+/// Seven strings still have a spare equation: without the one that is wrong it holds.
+int PoseSolver::find_suspect(const Pose& pose, const Lengths& lengths) const {
+  int suspect = kNone;
+  double least = INFINITY;
   for (int i = 0; i < kStrings; ++i) {
-    const double share = std::abs(N.row(i).normalized().dot(parity));
-    if (share <= best) continue;
-    best = share;
-    estimate.suspect = i;
+    const PoseEstimate others = refine(pose, lengths, kWarmSteps, 0.0, i);
+    Lengths misfit = string_lengths(geometry_, others.pose) - lengths;
+    misfit[i] = 0.0;
+    if (!(misfit.norm() < least)) continue;
+    least = misfit.norm();
+    suspect = i;
   }
+  return suspect;
 }
 
 Matrix6 pose_covariance(const Geometry& geometry, const Pose& pose) {

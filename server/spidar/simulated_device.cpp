@@ -62,7 +62,7 @@ SimulatedSpidar::SimulatedSpidar(Geometry geometry, const SimulatedParts& parts)
   require(parts.motor_lag, "the motors' lag");
   require(parts.reel_speed, "the reels' speed");
   commanded_ = motors_ = pulls_ = Tensions::Constant(geometry_.least_tension);
-  paid_out_ = last_way_ = string_lengths(geometry_, grip_.pose);
+  paid_out_ = way_ = string_lengths(geometry_, grip_.pose);
   measure();
   told_ = counted_;
 }
@@ -77,6 +77,7 @@ void SimulatedSpidar::command(const Tensions& tensions) {
 
 void SimulatedSpidar::advance(double h, const Pose& wanted) {
   told_ = counted_;
+  if (!(h > 0.0)) return;
   const int steps = std::max(1, static_cast<int>(std::ceil(h / kLongestStep)));
   for (int k = 0; k < steps; ++k) step(h / steps, wanted);
   measure();
@@ -91,22 +92,29 @@ void SimulatedSpidar::step(double h, const Pose& wanted) {
   pull(h);
   const Wrench wrench = -length_jacobian(geometry_, grip_.pose).transpose() * pulls_;
   move(h, wanted, wrench);
+  reel(h);
 }
 
 /// A string that is slack pulls nothing; without power the motors let go.
 void SimulatedSpidar::pull(double h) {
-  const Lengths way = string_lengths(geometry_, grip_.pose);
   const double share = 1.0 - std::exp(-h / parts_.motor_lag);
   for (int i = 0; i < kStrings; ++i) {
     motors_[i] += share * ((faults_.silent ? 0.0 : commanded_[i]) - motors_[i]);
-    const bool broken = faults_.broken_string == i;
-    paid_out_[i] = std::max(broken ? 0.0 : way[i], paid_out_[i] - h * parts_.reel_speed);
-    const double speed = h > 0.0 ? (way[i] - last_way_[i]) / h : 0.0;
-    const double friction = parts_.friction * std::tanh(speed / kFrictionSpeed);
-    const bool taut = !broken && paid_out_[i] - way[i] < kSlackTolerance;
+    const double friction = parts_.friction * std::tanh(rates_[i] / kFrictionSpeed);
+    const bool taut = faults_.broken_string != i && paid_out_[i] - way_[i] < kSlackTolerance;
     pulls_[i] = taut ? std::max(motors_[i] + friction, 0.0) : 0.0;
   }
-  last_way_ = way;
+}
+
+/// The grip draws strings out; the motors take them in.
+void SimulatedSpidar::reel(double h) {
+  const Lengths way = string_lengths(geometry_, grip_.pose);
+  rates_ = (way - way_) / h;
+  way_ = way;
+  for (int i = 0; i < kStrings; ++i) {
+    const double least = faults_.broken_string == i ? 0.0 : way_[i];
+    paid_out_[i] = std::max(least, paid_out_[i] - h * parts_.reel_speed);
+  }
 }
 
 void SimulatedSpidar::move(double h, const Pose& wanted, const Wrench& wrench) {

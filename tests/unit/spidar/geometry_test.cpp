@@ -107,7 +107,7 @@ TEST(GeometryFile, Bad_RefusedInOneLineThatNamesTheValue) {
   expect_refusal(replaced(good_text(), "  [-0.06, -0.076, 0.06],\n", ""), "motors: expected eight points");
   expect_refusal(replaced(good_text(), "[-0.06, -0.076, 0.06]", "[-0.06, -0.076]"), "motors[0]");
   expect_refusal(replaced(good_text(), "[-0.06, -0.076, 0.06]", "[inf, -0.076, 0.06]"), "string 0");
-  expect_refusal(replaced(good_text(), "[-0.06, -0.076, 0.06]", "[0.06, -0.076, 0.06]"), "not wrench-closed");
+  expect_refusal(replaced(good_text(), "[-0.06, -0.076, 0.06]", "[-0.0225, 0.0, 0.0]"), "string 0: its motor");
   expect_refusal("name = \"x\"\n", "is missing");
   EXPECT_THROW((void)load_geometry("/no/such/file.toml"), GeometryError);
   EXPECT_THROW((void)load_geometry("/"), GeometryError);

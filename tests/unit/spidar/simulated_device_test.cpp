@@ -120,7 +120,7 @@ TEST(SimulatedSpidar, StringTakenInTooSlowly_IsSlackAndTooLong) {
   SimulatedParts parts;
   parts.reel_speed = 0.01;
   SimulatedSpidar device(test::device("g6x3"), parts);
-  device.command(Tensions::Constant(kReference));
+  device.command(Tensions::Constant(device.geometry().least_tension));
   for (int k = 0; k < 100; ++k) device.advance(kTick, {.position = {0.03, 0.0, 0.0}});
   const Lengths way = string_lengths(device.geometry(), device.grip());
   int slack = 0;

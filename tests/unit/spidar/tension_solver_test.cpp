@@ -39,7 +39,7 @@ double least_error(const Geometry& geometry, const Pose& pose, const Wrench& wan
   const double step = 1.0 / (W * W.transpose()).norm();
   Tensions t = Tensions::Constant(kReference), ahead = t;
   double momentum = 1.0;
-  for (int k = 0; k < 20000; ++k) {
+  for (int k = 0; k < 8000; ++k) {
     const Tensions next = (ahead - step * W.transpose() * (W * ahead - w))
                               .cwiseMax(geometry.least_tension)
                               .cwiseMin(geometry.most_tension);
@@ -113,7 +113,7 @@ TEST(TensionSolver, WrenchesBeyondTheDevice_AsNearAsCanBe) {
     const TensionSolver solver(geometry, kReference);
     test::Dice dice(13);
     int beyond = 0;
-    for (int trial = 0; trial < 60; ++trial) {
+    for (int trial = 0; trial < 30; ++trial) {
       const Pose pose = dice.pose(0.03, 40.0 * kDegrees);
       const Wrench wanted = dice.wrench(80.0, 2.0);
       const TensionSolution solution = solver.solve(pose, wanted);
@@ -123,7 +123,7 @@ TEST(TensionSolver, WrenchesBeyondTheDevice_AsNearAsCanBe) {
       const double error = weighted_error(geometry, solution.wrench, wanted);
       EXPECT_LT(error, least_error(geometry, pose, wanted) + 1e-6 * wanted.norm()) << name << " " << trial;
     }
-    EXPECT_GT(beyond, 10) << name;
+    EXPECT_GT(beyond, 5) << name;
   }
 }
 
@@ -132,7 +132,7 @@ TEST(TensionSolver, ManyTicks_AllEndAndStayInTheRange) {
   const TensionSolver solver(geometry, kReference);
   test::Dice dice(14);
   int most = 0;
-  for (int trial = 0; trial < 200000; ++trial) {
+  for (int trial = 0; trial < 50000; ++trial) {
     const TensionSolution solution = solver.solve(dice.pose(0.05, 60.0 * kDegrees), dice.wrench(60.0, 1.0));
     most = std::max(most, solution.pivots);
     ASSERT_TRUE(solution.tensions.allFinite());

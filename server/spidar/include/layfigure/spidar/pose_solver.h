@@ -10,7 +10,8 @@ struct PoseEstimate {
   int iterations{0};       ///< Gauss-Newton steps that were made
   double misfit{0.0};      ///< |L - l| over all strings [m]: two of the eight equations are spare
   bool suspicious{false};  ///< the misfit is too large for the encoders' rounding: slack, slip, or a wrong calibration
-  int suspect{-1};         ///< the string that explains the misfit best if it alone is wrong; -1: not suspicious
+  int suspect{-1};         ///< the string without which the others fit best (where two are placed alike, one of
+                           ///< them); -1: not suspicious
 };
 
 /// The grip's pose from the strings' lengths: Gauss-Newton on L_i(p, R) - l_i,
@@ -32,9 +33,13 @@ class PoseSolver {
   void reset() { knows_pose_ = false; }
 
  private:
-  PoseEstimate refine(Pose pose, const Lengths& lengths, int most_steps, double damping) const;
-  PoseEstimate find(const Lengths& lengths) const;
+  static constexpr int kNone = -1;
+
+  [[nodiscard]] PoseEstimate refine(const Pose& pose, const Lengths& lengths, int most_steps, double damping,
+                                    int without = kNone) const;
+  [[nodiscard]] PoseEstimate find(const Lengths& lengths) const;
   void judge(const Lengths& lengths, PoseEstimate& estimate) const;
+  [[nodiscard]] int find_suspect(const Pose& pose, const Lengths& lengths) const;
 
   const Geometry& geometry_;
   double grip_radius_;

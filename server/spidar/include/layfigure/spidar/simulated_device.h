@@ -51,8 +51,8 @@ class SimulatedSpidar {
   /// least.
   void command(const Tensions& tensions);
 
-  /// Lets h seconds pass in which the hand wants to get to `wanted`, in steps of 50 us or less: implicit in the hand's
-  /// springs, so stable at any h.
+  /// Lets h > 0 seconds pass in which the hand wants to get to `wanted`, in steps of 50 us or less: implicit in the
+  /// hand's springs, so stable at any h.
   void advance(double h, const Pose& wanted);
 
   /// The strings' lengths at the beginning of the last advance(), to a count; nothing if the device is silent.
@@ -73,6 +73,7 @@ class SimulatedSpidar {
 
   void step(double h, const Pose& wanted);
   void pull(double h);
+  void reel(double h);
   void move(double h, const Pose& wanted, const Wrench& wrench);
   void measure();
 
@@ -82,12 +83,13 @@ class SimulatedSpidar {
   Body hand_;
   Body grip_;
   Tensions commanded_;
-  Tensions motors_;   ///< after the lag
-  Tensions pulls_;    ///< on the grip
-  Lengths paid_out_;  ///< between pulley and knot, longer than the way between them if slack
-  Lengths last_way_;
-  Lengths counted_;  ///< now ...
-  Lengths told_;     ///< ... and a tick ago
+  Tensions motors_;                 ///< after the lag
+  Tensions pulls_;                  ///< on the grip
+  Lengths paid_out_;                ///< between pulley and knot, longer than the way between them if slack
+  Lengths way_;                     ///< between pulley and knot ...
+  Lengths rates_{Lengths::Zero()};  ///< ... and how fast it grows [m/s]
+  Lengths counted_;                 ///< now ...
+  Lengths told_;                    ///< ... and a tick ago
   Wrench felt_{Wrench::Zero()};
 };
 
