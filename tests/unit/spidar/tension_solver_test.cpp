@@ -146,9 +146,9 @@ TEST(TensionSolver, AcrossTheBorder_NothingJumps) {
   const Geometry geometry = test::device("g6x3");
   const TensionSolver solver(geometry, kReference);
   test::Dice dice(15);
-  constexpr double kStep = 1e-3;  // [N]
+  constexpr double kStep = 2e-3;  // [N]
   int borders = 0;
-  for (int path = 0; path < 20; ++path) {
+  for (int path = 0; path < 6; ++path) {
     const Pose pose = dice.pose(0.02, 30.0 * kDegrees);
     Wrench along = dice.wrench(1.0, 0.02);
     along.head<3>().normalize();
@@ -161,7 +161,7 @@ TEST(TensionSolver, AcrossTheBorder_NothingJumps) {
       last = now;
     }
   }
-  EXPECT_GE(borders, 10);
+  EXPECT_GE(borders, 4);
 }
 
 TEST(TensionSolver, WrenchThatIsNotFinite_TheReference) {
