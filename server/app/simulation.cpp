@@ -33,10 +33,9 @@ double total_mass(const dynamics::Model& model) {
 Simulation::Simulation(doll::Doll doll, const SimulationSettings& settings)
     : doll_(std::move(doll)),
       settings_(settings),
-      model_(doll_.definition),
-      state_(dynamics::initial_state(model_)),
-      workspace_(model_),
-      total_mass_(total_mass(model_)),
+      scene_({.model = doll_.definition, .shapes = doll_.shapes, .excluded = doll_.never_touch}),
+      state_(dynamics::initial_state(scene_.model())),
+      total_mass_(total_mass(scene_.model())),
       statistics_(settings.physics_hz) {
   pin_roots();
   couplings_.reserve(pins_.size() + messaging::kMaxPointers);
@@ -44,13 +43,13 @@ Simulation::Simulation(doll::Doll doll, const SimulationSettings& settings)
 
 void Simulation::pin_roots() {
   std::vector<dynamics::BodyPose> poses;
-  dynamics::world_poses(model_, state_, poses);
+  dynamics::world_poses(scene_.model(), state_, poses);
   const doll::RootPin& gains = doll_.root_pin;
-  for (int i = 0; i < model_.size(); ++i) {
-    if (model_.body(i).parent >= 0) continue;
+  for (int i = 0; i < scene_.model().size(); ++i) {
+    if (scene_.model().body(i).parent >= 0) continue;
     dynamics::Coupling pin;
     pin.body = i;
-    pin.point = model_.body(i).com;
+    pin.point = scene_.model().body(i).com;
     pin.stiffness = gains.stiffness;
     pin.damping = gains.damping;
     pin.angular_stiffness = gains.angular_stiffness;
@@ -98,7 +97,7 @@ Eigen::Vector3d Simulation::grab(const GrabRequest& request) {
 
 dynamics::Coupling Simulation::make_coupling(const GrabRequest& request) const {
   const doll::Carrier& carrier = doll_.carriers[request.bone];
-  const dynamics::BodyDefinition& body = model_.body(carrier.body);
+  const dynamics::BodyDefinition& body = scene_.model().body(carrier.body);
   const bool has_own_body = doll_.body_of_bone[request.bone] >= 0;
   const Eigen::Vector3d default_point = has_own_body ? body.com : Eigen::Vector3d(carrier.pose.translation());
   dynamics::Coupling coupling;
@@ -124,7 +123,8 @@ void Simulation::release(int pointer) {
 }
 
 void Simulation::reset() {
-  state_ = dynamics::initial_state(model_);
+  state_ = dynamics::initial_state(scene_.model());
+  scene_.forget();
   state_.time = static_cast<double>(steps_) / settings_.physics_hz;
   for (auto& [id, pointer] : pointers_) {
     if (pointer.grip()) pointer.detach();
@@ -140,8 +140,10 @@ bool Simulation::advance() {
   const double cpu_begin = clock_us(CLOCK_THREAD_CPUTIME_ID);
   const double wall_begin = clock_us(CLOCK_MONOTONIC);
   const dynamics::StepReport report =
-      dynamics::step(model_, state_, workspace_, {.couplings = couplings_},
-                     {.step = 1.0 / settings_.physics_hz, .order = 1, .sleep_angle = dynamics::kSleepAngle});
+      scene_
+          .step(state_, {.couplings = couplings_},
+                {.step = 1.0 / settings_.physics_hz, .order = 1, .sleep_angle = dynamics::kSleepAngle})
+          .step;
   statistics_.record({clock_us(CLOCK_THREAD_CPUTIME_ID) - cpu_begin, clock_us(CLOCK_MONOTONIC) - wall_begin});
   if (report.status != dynamics::StepStatus::kOk) {
     failure_ = "step " + std::to_string(steps_ + 1) + " would not be finite; reset to go on";
@@ -170,13 +172,13 @@ void Simulation::collect_couplings() {
 void Simulation::distribute_forces() {
   int index = static_cast<int>(pins_.size());
   for (auto& [id, pointer] : pointers_) {
-    if (pointer.grip()) pointer.finish_step(workspace_.coupling_force(index++));
+    if (pointer.grip()) pointer.finish_step(scene_.coupling_force(index++));
   }
 }
 
 PointerPose Simulation::held_pose(const Grip& grip) const {
   std::vector<dynamics::BodyPose> poses;
-  dynamics::world_poses(model_, state_, poses);
+  dynamics::world_poses(scene_.model(), state_, poses);
   const dynamics::BodyPose& body = poses[grip.coupling.body];
   return {body.origin + body.rotation * grip.coupling.point, body.rotation};
 }

@@ -7,6 +7,7 @@
 
 #include "body_tree.h"
 #include "calibration.h"
+#include "contact_shape.h"
 #include "mass_properties.h"
 #include "section.h"
 #include "surface.h"
@@ -65,14 +66,21 @@ void add_body(const BodyTree& tree, int b, const std::vector<Isometry3d>& X_WA, 
   doll.definition.bodies.push_back(body);
 }
 
-/// What the skin of each body encloses, in the world. By the owners that made the body tree: each body has some.
-std::vector<MassProperties> make_solids(const Surface& surface, const std::vector<int>& owner_bones,
-                                        const BodyTree& tree, Doll& doll) {
-  std::vector<std::vector<Eigen::Vector3i>> parts(tree.bone_of_body.size());
+using Part = std::vector<Eigen::Vector3i>;
+
+/// The skin of each body. By the owners that made the body tree: each has some.
+std::vector<Part> skin_parts(const Surface& surface, const std::vector<int>& owner_bones, const BodyTree& tree) {
+  std::vector<Part> parts(tree.bone_of_body.size());
   for (std::size_t t = 0; t < owner_bones.size(); ++t) {
     const int body = owner_bones[t] < 0 ? -1 : tree.carrier_of_bone[owner_bones[t]];
     if (body >= 0) parts[body].push_back(surface.triangles[t]);
   }
+  return parts;
+}
+
+/// What the skin of each body encloses, in the world.
+std::vector<MassProperties> make_solids(const Surface& surface, const std::vector<Part>& parts, const BodyTree& tree,
+                                        Doll& doll) {
   std::vector<MassProperties> solids;
   for (std::size_t b = 0; b < parts.size(); ++b) {
     const character::Bone& bone = doll.rig.bones[tree.bone_of_body[b]];
@@ -131,6 +139,28 @@ Section make_section(const Surface& surface, const BodyTree& tree, int b, const 
   return section;
 }
 
+/// Corners of a body's skin, in its frame.
+std::vector<Vector3d> corners(const Surface& surface, const Part& part, const Isometry3d& bind) {
+  std::vector<int> indices;
+  for (const Eigen::Vector3i& triangle : part) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  std::sort(indices.begin(), indices.end());
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+  std::vector<Vector3d> points;
+  for (const int index : indices) points.emplace_back(bind.inverse() * surface.vertices[index]);
+  return points;
+}
+
+void add_shapes(const Surface& surface, const std::vector<Part>& parts, const BodyTree& tree, Doll& doll) {
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    const Isometry3d& bind = doll.rig.bones[tree.bone_of_body[b]].bind;
+    collision::ShapeDefinition shape = make_hull(corners(surface, parts[b], bind));
+    shape.name = doll.definition.bodies[b].name;
+    shape.body = static_cast<int>(b);
+    doll.shapes.push_back(std::move(shape));
+  }
+  doll.never_touch = overlapping_at_rest(doll.definition, doll.shapes);
+}
+
 }  // namespace
 
 Doll build_doll(character::Rig rig, const DollSettings& settings) {
@@ -145,7 +175,8 @@ Doll build_doll(character::Rig rig, const DollSettings& settings) {
 
   const std::vector<Isometry3d> X_WA = rest_poses(doll.rig.bones);
   add_bones(tree, X_WA, doll);
-  const std::vector<MassProperties> solids = make_solids(surface, owner_bones, tree, doll);
+  const std::vector<Part> parts = skin_parts(surface, owner_bones, tree);
+  const std::vector<MassProperties> solids = make_solids(surface, parts, tree, doll);
   for (int b = 0; b < static_cast<int>(solids.size()); ++b) {
     add_body(tree, b, X_WA, solids[b], settings.density, doll);
     const Isometry3d& bind = doll.rig.bones[tree.bone_of_body[b]].bind;
@@ -156,6 +187,7 @@ Doll build_doll(character::Rig rig, const DollSettings& settings) {
     }
   }
   calibrate(doll, settings);
+  add_shapes(surface, parts, tree, doll);
   return doll;
 }
 

@@ -12,6 +12,7 @@
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
+#include "layfigure/scene/scene.h"
 
 namespace layfigure::app {
 
@@ -52,7 +53,7 @@ class Simulation {
   /// Simulation time [us], rounded from the exact steps / physics_hz: it does not drift.
   [[nodiscard]] std::int64_t time_us() const;
   [[nodiscard]] int yielding_joints() const { return yielding_joints_; }
-  [[nodiscard]] dynamics::Energy energy() const { return dynamics::energy(model_, state_); }
+  [[nodiscard]] dynamics::Energy energy() const { return dynamics::energy(scene_.model(), state_); }
   /// The doll is at rest as a whole, and nothing has happened since that could disturb it: steps would change nothing.
   [[nodiscard]] bool resting() const { return resting_; }
   /// So many steps pass in which the resting doll stays as it is.
@@ -97,9 +98,8 @@ class Simulation {
 
   doll::Doll doll_;
   SimulationSettings settings_;
-  dynamics::Model model_;
+  scene::Scene scene_;
   dynamics::State state_;
-  dynamics::Workspace workspace_;
   double total_mass_{0.0};  ///< [kg]
   std::vector<dynamics::Coupling> pins_;
   std::vector<dynamics::Coupling>

@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "layfigure/character/rig.h"
+#include "layfigure/collision/shapes.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 
@@ -43,6 +45,8 @@ struct Doll {
   std::vector<int> bone_of_body;
   std::vector<Carrier> carriers;  ///< one per bone
   std::vector<Section> sections;  ///< one per body; a root's is that of its own middle
+  std::vector<collision::ShapeDefinition> shapes;  ///< what the bodies touch each other with
+  std::vector<std::pair<int, int>> never_touch;    ///< bodies, beside parents and children, that overlap at rest
   std::vector<std::string> warnings;
 };
 
