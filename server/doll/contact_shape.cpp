@@ -15,9 +15,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostHullPoints = 32;       // contacts of a hull cost its edges
-constexpr double kHullTolerance = 0.02;   // of the points' size: 6 mm of an adult's thigh
-constexpr int kSubdivisions = 3;          // of the icosahedron: 642 directions, 8 degrees apart
+constexpr int kMostHullPoints = 32;      // contacts of a hull cost its edges
+constexpr double kHullTolerance = 0.02;  // of the points' size: 6 mm of an adult's thigh
+constexpr int kSubdivisions = 3;         // of the icosahedron: 642 directions, 8 degrees apart
 
 /// Directions spread evenly: the corners of an icosahedron whose faces have been divided in four again and again.
 std::vector<Vector3d> make_directions() {
@@ -109,8 +109,7 @@ collision::ShapeDefinition make_hull(const std::vector<Vector3d>& points) {
   return named_shape(hull);
 }
 
-collision::ShapeDefinition make_capsule(const std::vector<Vector3d>& points,
-                                                       const dynamics::BodyDefinition& body) {
+collision::ShapeDefinition make_capsule(const std::vector<Vector3d>& points, const dynamics::BodyDefinition& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(body.inertia);
   const Vector3d axis = principal.eigenvectors().col(0);  // of the smallest moment
   const double radius = std::sqrt(2.0 * std::max(principal.eigenvalues()[0], 0.0) / body.mass);

@@ -24,7 +24,7 @@ namespace layfigure::doll {
 /// The capsule along the longest principal axis of the solid: as thick as the solid cylinder of its mass and moment
 /// about that axis, r = sqrt(2 I / m), and as long as the points reach, but no less than a ball. `points`: one or more.
 [[nodiscard]] collision::ShapeDefinition make_capsule(const std::vector<Eigen::Vector3d>& points,
-                                                                     const dynamics::BodyDefinition& body);
+                                                      const dynamics::BodyDefinition& body);
 
 /// Bodies beside parents and children that overlap in the doll's rest pose: skin that closes up about a joint, thighs
 /// that rest on each other. They never meet.

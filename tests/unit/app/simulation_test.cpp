@@ -60,6 +60,64 @@ TEST(Simulation, LeftAlone_HangsFromItsPinAndComesToRest) {
   EXPECT_NEAR(simulation.state().bodies[0].position.z(), 1.0 - 0.6 * 9.81 / 1e4, 5e-3);
 }
 
+constexpr double kThickness = 0.04;  // [m] of a limb, its radius
+constexpr double kHalfLength = 0.06;
+
+/// The small doll with limbs as thick as an arm, the middle one left out.
+doll::Doll thick_doll() {
+  doll::Doll doll = testing::small_doll();
+  for (const int body : {0, 2}) {
+    collision::ShapeDefinition limb;
+    limb.shape = collision::Capsule{.radius = kThickness, .half_length = kHalfLength};
+    limb.body = body;
+    limb.X_BS.position = doll.definition.bodies[body].com;
+    limb.X_BS.rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+    doll.shapes.push_back(limb);
+  }
+  return doll;
+}
+
+/// Of the axes of the two thick limbs, at points 1 cm apart.
+double limb_distance(const Simulation& simulation) {
+  std::vector<dynamics::BodyPose> poses;
+  world_poses(dynamics::Model(simulation.doll().definition), simulation.state(), poses);
+  double least = std::numeric_limits<double>::infinity();
+  for (double a = -kHalfLength; a <= kHalfLength; a += 0.01) {
+    for (double b = -kHalfLength; b <= kHalfLength; b += 0.01) {
+      const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+      least = std::min(
+          least, (poses[0].com + a * (poses[0].rotation * x) - poses[2].com - b * (poses[2].rotation * x)).norm());
+    }
+  }
+  return least;
+}
+
+/// Folds the arm back over the hips and presses it against them; the least distance on the way.
+double fold_back(doll::Doll doll) {
+  Simulation simulation(std::move(doll), settings());
+  const Eigen::Vector3d held = simulation.grab({.bone = kTip, .stiffness = 2000.0, .damping = 50.0});
+  simulation.point(0, at(held), "test", 1);
+  double least = std::numeric_limits<double>::infinity();
+  std::int64_t sequence = 1;
+  for (const Eigen::Vector3d& to :
+       {Eigen::Vector3d(0.3, 0.0, 1.35), Eigen::Vector3d(0.1, 0.0, 1.2), Eigen::Vector3d(0.1, 0.0, 0.9)}) {
+    simulation.point(0, at(to), "test", ++sequence);
+    simulation.begin_motion(500);
+    for (int k = 0; k < 1000; ++k) {
+      EXPECT_TRUE(simulation.advance()) << simulation.failure();
+      least = std::min(least, limb_distance(simulation));
+    }
+  }
+  return least;
+}
+
+TEST(Simulation, ArmPressedAgainstTheBody_StaysOutside) {
+  doll::Doll thin = thick_doll();
+  thin.shapes.clear();
+  EXPECT_LT(fold_back(std::move(thin)), 1.5 * kThickness) << "without shapes it goes through";
+  EXPECT_GT(fold_back(thick_doll()), 2.0 * kThickness - 1e-3);
+}
+
 TEST(SimulationTime, AfterManySteps_IsExact) {
   Simulation simulation(testing::small_doll(), {.physics_hz = 240.0, .pose_hz = 60.0});
   run(simulation, 1000);
