@@ -14,7 +14,7 @@ using Eigen::Vector3i;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Measured: fewer make the tree larger, more make leaves dearer than boxes.
+/// Measured on a human: with 2 it takes longer to refit the boxes, with 8 to find the closest point of a near one.
 constexpr int kLeafSize = 4;
 
 /// The depth of a tree of as many triangles as an int can count.

@@ -13,12 +13,12 @@ namespace layfigure::skinning {
 /// A tree of axis-aligned boxes about triangles whose vertices move. Its shape is made once; what follows the vertices
 /// is the boxes.
 ///
-/// Own code, as of what is at hand Bullet's btOptimizedBvh and Embree are in single precision (0.1 um for a person, a
-/// step that a hand would feel as noise), the former finds no closest points, and CGAL's tree must be rebuilt.
+/// Own code: Bullet's btOptimizedBvh and Embree are in single precision, which is 0.1 um for a person, and the former
+/// finds no closest points; CGAL's tree can only be built anew.
 ///
 /// The triangles are halved at the median of their centres along the longest axis, so that 2^d of them give a tree of
 /// depth d whatever their shape. Queries go down the nearer branch first and leave out what is farther than the best
-/// found: O(log n) for a point near the skin or a ray at it; at worst, a point as far from everything, O(n).
+/// found: O(log n) for a point near the triangles or a ray at them; at worst, as far from all, O(n).
 class TriangleTree {
  public:
   struct Closest {
