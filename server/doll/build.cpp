@@ -88,7 +88,7 @@ std::vector<MassProperties> make_solids(const Surface& surface, const std::vecto
     if (solids.back().estimated) {
       doll.warnings.push_back("bone '" + bone.name +
                               "': its skin encloses hardly anything; mass and inertia are those of " +
-                              "the ellipsoid in its bounding box");
+                              "the capsule in its bounding box");
     }
   }
   return solids;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 constexpr double kLeastSphereShare = 0.02;  // a plate 1/200 as thick as wide
-constexpr double kLeastSemiAxis = 0.05;     // of the largest
+constexpr double kLeastHalfSide = 0.05;     // of the longest
 
 /// Directed edges without an opposite one, by their first vertex; an edge that occurs k times more often than its
 /// opposite is there k times. As many leave each vertex as arrive, so they are closed loops.
@@ -85,20 +85,39 @@ struct Integrals {
 
 Matrix3d inertia_of(const Matrix3d& second) { return second.trace() * Matrix3d::Identity() - second; }
 
-MassProperties bounding_ellipsoid(std::span<const Vector3i> part, const std::vector<Vector3d>& points,
-                                  const Matrix3d& axes) {
+/// Two hemispheres of radius r with a cylinder of length h between them, along z.
+MassProperties capsule(double r, double h) {
+  const double ball = 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  const double cylinder = std::numbers::pi * r * r * h;
+  const double along = 0.4 * ball * r * r + 0.5 * cylinder * r * r;
+  // A hemisphere's com is 3/8 r from its flat side: by the parallel axis theorem to there and back out to the end.
+  const double across = ball * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r) + cylinder * (0.25 * r * r + h * h / 12.0);
+  MassProperties result;
+  result.volume = ball + cylinder;
+  result.inertia = Vector3d(across, across, along).asDiagonal();
+  return result;
+}
+
+MassProperties bounding_capsule(std::span<const Vector3i> part, const std::vector<Vector3d>& points,
+                                const Matrix3d& axes) {
   Eigen::AlignedBox3d box;
   for (const Vector3i& t : part) {
     for (const int corner : t) box.extend(axes.transpose() * points[corner]);
   }
-  Vector3d semi = 0.5 * box.sizes();
-  semi = semi.cwiseMax(std::max(kLeastSemiAxis * semi.maxCoeff(), std::numeric_limits<double>::min()));
-  MassProperties result;
+  Vector3d half = 0.5 * box.sizes();
+  int longest = 0;
+  const double most = half.maxCoeff(&longest);
+  half = half.cwiseMax(std::max(kLeastHalfSide * most, std::numeric_limits<double>::min()));
+  const int x = (longest + 1) % 3;
+  const int y = (longest + 2) % 3;
+  // An ellipse of the half sides a and b has the area of the circle of radius sqrt(a b).
+  const double radius = std::sqrt(half[x]) * std::sqrt(half[y]);
+  MassProperties result = capsule(radius, std::max(2.0 * (half[longest] - radius), 0.0));
+  Matrix3d R;
+  R << axes.col(x), axes.col(y), axes.col(longest);
   result.estimated = true;
-  result.volume = 4.0 / 3.0 * std::numbers::pi * semi.prod();
   result.com = axes * box.center();
-  const Matrix3d second = result.volume / 5.0 * semi.cwiseAbs2().asDiagonal();
-  result.inertia = axes * inertia_of(second) * axes.transpose();
+  result.inertia = (R * result.inertia * R.transpose()).eval();
   return result;
 }
 
@@ -130,12 +149,12 @@ MassProperties mass_properties(std::span<const Vector3i> part, const std::vector
   }
 
   const double sphere = std::pow(sum.area, 1.5) / (6.0 * std::sqrt(std::numbers::pi));
-  if (!(sum.volume > kLeastSphereShare * sphere)) return bounding_ellipsoid(part, points, axes);
+  if (!(sum.volume > kLeastSphereShare * sphere)) return bounding_capsule(part, points, axes);
   const Vector3d com = sum.first / sum.volume;
   const Matrix3d second = sum.second - sum.volume * com * com.transpose();
   // Positive second moments make an inertia that obeys the triangle inequality.
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(second, Eigen::EigenvaluesOnly);
-  if (!(eigen.eigenvalues()[0] > 0.0)) return bounding_ellipsoid(part, points, axes);
+  if (!(eigen.eigenvalues()[0] > 0.0)) return bounding_capsule(part, points, axes);
   return {sum.volume, middle + com, inertia_of(second), false};
 }
 

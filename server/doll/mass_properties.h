@@ -12,7 +12,7 @@ struct MassProperties {
   double volume{0.0};                                ///< [m^3]
   Eigen::Vector3d com{Eigen::Vector3d::Zero()};      ///< [m]
   Eigen::Matrix3d inertia{Eigen::Matrix3d::Zero()};  ///< about the com [m^5]
-  bool estimated{false};                             ///< the part encloses hardly anything: an ellipsoid instead
+  bool estimated{false};                             ///< the part encloses hardly anything: a capsule instead
 };
 
 /// The open edges of a part of a surface as closed loops of vertices, in the direction of the triangles that they
@@ -24,7 +24,9 @@ struct MassProperties {
 /// (o, a, b, c) of all triangles, for which with V = det(a, b, c) / 6 and s = a + b + c
 ///     int 1 = V,   int x = V s / 4,   int x x^T = V (a a^T + b b^T + c c^T + s s^T) / 20 .
 /// If the volume is less than 2 % of the sphere's of that area, or the second moments are not positive, the properties
-/// are those of the ellipsoid in the bounding box of the part along `axes`, no semi-axis below 5 % of the largest.
+/// are those of the capsule in the bounding box of the part along `axes`: as long as the box's longest side, as thick
+/// as the circle of its two other sides' area (half sides below 5 % of the longest count as that), but never thicker
+/// than long. O(n log n).
 [[nodiscard]] MassProperties mass_properties(std::span<const Eigen::Vector3i> part,
                                              const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& axes);
 

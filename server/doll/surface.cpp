@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 
 namespace layfigure::doll {
 namespace {
@@ -19,11 +20,18 @@ void add_weight(std::vector<Influence>& list, int owner, double weight) {
   }
 }
 
+std::array<int, 3> sorted(const Eigen::Vector3i& triangle) {
+  std::array<int, 3> corners{triangle[0], triangle[1], triangle[2]};
+  std::sort(corners.begin(), corners.end());
+  return corners;
+}
+
 }  // namespace
 
 Surface make_surface(const character::Rig& rig) {
   Surface surface;
   std::map<std::array<double, 3>, int> known;
+  std::set<std::array<int, 3>> seen;
   for (const character::SkinnedMesh& mesh : rig.meshes) {
     std::vector<int> joined(mesh.vertices.size());
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -38,7 +46,8 @@ Surface make_surface(const character::Rig& rig) {
     for (const auto& t : mesh.triangles) {
       const Eigen::Vector3i triangle(joined[t[0]], joined[t[1]], joined[t[2]]);
       const bool degenerate = triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
-      if (!degenerate) surface.triangles.push_back(triangle);
+      if (degenerate || !seen.insert(sorted(triangle)).second) continue;
+      surface.triangles.push_back(triangle);
     }
   }
   return surface;

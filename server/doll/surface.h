@@ -7,7 +7,8 @@
 
 namespace layfigure::doll {
 
-/// All meshes of a rig as one skin in the bind pose, world axes; vertices of equal position joined.
+/// All meshes of a rig as one skin in the bind pose, world axes; vertices of equal position joined. A triangle that is
+/// there twice, as the back of the other or on top of it, is there once.
 struct Surface {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Eigen::Vector3i> triangles;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "rig_fixture.h"
+#include "solids.h"
 
 namespace layfigure::doll {
 namespace {
@@ -17,11 +18,9 @@ using Eigen::Vector3i;
 
 constexpr double kRounding = 1e-12;  // relative: a few hundred additions
 
-struct Solid {
-  std::vector<Vector3d> points;
-  std::vector<Vector3i> triangles;
-};
+using test::Solid;
 
+/// Its first four triangles are two opposite sides.
 Solid box(const Vector3d& size) {
   Solid solid;
   for (int corner = 0; corner < 8; ++corner) {
@@ -74,32 +73,30 @@ TEST(MassProperties, BoxWithoutLids_IsClosed) {
   EXPECT_LT((m.inertia - Matrix3d(box_inertia(size, size.prod()).asDiagonal())).norm(), kRounding);
 }
 
-TEST(MassProperties, Cylinder_IsAnalyticUpToItsFacets) {
-  const test::Prism prism{.bones = 1, .bone_length = 0.5, .sides = 256, .radius = 0.1};
-  const auto rig = test::make_prism(prism);
-  const MassProperties m = mass_properties(rig.meshes[0].triangles, rig.meshes[0].vertices, Matrix3d::Identity());
-  const double volume = std::numbers::pi * 0.01 * 0.5;
-  const double facets = 3e-4;  // (2 pi / 256)^2 / 2, relative
-  EXPECT_NEAR(m.volume, volume, facets * volume);
-  EXPECT_NEAR(m.inertia(2, 2), volume * 0.01 / 2, 2 * facets * volume * 0.01 / 2);
-  EXPECT_NEAR(m.inertia(0, 0), volume * (3 * 0.01 + 0.25) / 12, facets * volume * 0.28 / 12);
-}
-
-TEST(MassProperties, FlatSheet_IsAnEllipsoidInItsBox) {
+TEST(MassProperties, FlatSheet_IsACapsuleInItsBox) {
   const Solid sheet{{{0, 0, 0}, {1, 0, 0}, {1, 2, 0}, {0, 2, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   const MassProperties m = measure(sheet);
   EXPECT_TRUE(m.estimated);
-  EXPECT_NEAR(m.volume, 4.0 / 3.0 * std::numbers::pi * 0.5 * 1.0 * 0.05, kRounding);
+  const double r = std::sqrt(0.5 * 0.05);  // half as wide as half the sheet's width times the least thickness
+  EXPECT_NEAR(m.volume, std::numbers::pi * r * r * (2.0 - 2.0 * r) + 4.0 / 3.0 * std::numbers::pi * r * r * r,
+              kRounding);
   EXPECT_LT((m.com - Vector3d(0.5, 1, 0)).norm(), kRounding);
-  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix3d>(m.inertia).eigenvalues()[0], 0.0);
+  const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(m.inertia).eigenvalues();
+  EXPECT_GT(moments[0], 0.0);
+  EXPECT_NEAR(m.inertia(1, 1), moments[0], kRounding);  // long along y
+  EXPECT_NEAR(moments[1], moments[2], kRounding);
 }
 
-TEST(MassProperties, InsideOutPart_IsAnEllipsoidInItsBox) {
-  Solid solid = box({0.2, 0.2, 0.2});
+TEST(MassProperties, CapsuleInsideOut_IsTheCapsuleInItsBox) {
+  Solid solid = test::capsule(0.05, 0.4, 64);
+  const MassProperties outside = measure(solid);
   for (auto& t : solid.triangles) std::swap(t[0], t[1]);
-  const MassProperties m = measure(solid);
-  EXPECT_TRUE(m.estimated);
-  EXPECT_GT(m.volume, 0.0);
+  const MassProperties inside = measure(solid);
+  EXPECT_FALSE(outside.estimated);
+  EXPECT_TRUE(inside.estimated);
+  EXPECT_NEAR(inside.volume, outside.volume, 0.01 * outside.volume);
+  EXPECT_LT((inside.com - outside.com).norm(), kRounding);
+  EXPECT_LT((inside.inertia - outside.inertia).norm(), 0.01 * outside.inertia.norm());
 }
 
 TEST(MassProperties, PartWithoutSize_StillHasAVolume) {

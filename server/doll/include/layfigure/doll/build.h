@@ -14,7 +14,7 @@ namespace layfigure::doll {
 ///
 /// Mass. A body's part of the skin is closed, each open loop by a fan to its centroid, and volume, com and inertia are
 /// integrated over it (divergence theorem), times the density. A part that encloses hardly anything counts as the
-/// ellipsoid in its bounding box along the bone's axes, which is reported.
+/// capsule in its bounding box along the bone's axes, which is reported.
 ///
 /// Joints. The skin that the body weighs upon is cut by the plane through the joint across the direction from the joint
 /// to the body's com; Green's theorem over the loop about the joint gives the area, the mean second moment of area I
