@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "body_tree.h"
@@ -22,6 +21,13 @@ using Eigen::Vector3d;
 /// Shortest distance of two bodies' coms that counts, as a share of the section's size: a joint cannot be stiffer than
 /// a stub of that length.
 constexpr double kLeastSpanShare = 0.1;
+
+/// A com nearer to the joint than this share of the body's size gives no direction but that of rounding.
+constexpr double kLeastLever = 1e-3;
+
+/// The cut is this share of the body's size beyond the joint: vertices at the joint, as a limb's first ring often is,
+/// are then on its one side, whatever their last digits in single precision.
+constexpr double kInset = 1e-4;
 
 /// A cut is scraps of the limb below, or takes in the trunk above, these multiples of the body's volume over its
 /// length.
@@ -95,20 +101,14 @@ std::vector<MassProperties> make_solids(const Surface& surface, const std::vecto
 }
 
 /// From the joint to the com: the direction that the section is across. If they coincide, along the bone.
-Vector3d limb_direction(const Isometry3d& bind, const Vector3d& com) {
-  const Vector3d along = com - bind.translation();
-  return along.norm() > 0.0 ? along.normalized() : Vector3d(bind.linear().col(1));
+Vector3d limb_direction(const Isometry3d& bind, const MassProperties& solid) {
+  const Vector3d along = solid.com - bind.translation();
+  return along.norm() > kLeastLever * std::cbrt(solid.volume) ? along.normalized() : Vector3d(bind.linear().col(1));
 }
 
-/// The circle whose cylinder, as long as the joint is far from the com twice over, has the body's volume.
-Section estimated_section(double volume, double half_length) {
-  const double size = std::cbrt(volume);
-  Section section;
-  section.area = volume / std::max(2.0 * half_length, size);
-  section.second_moment = section.area * section.area / (4.0 * std::numbers::pi);
-  section.outermost = std::sqrt(section.area / std::numbers::pi);
-  section.estimated = true;
-  return section;
+/// The area of the circle whose cylinder, as long as the joint is far from the com twice over, has the body's volume.
+double expected_area(double volume, double half_length) {
+  return volume / std::max(2.0 * half_length, std::cbrt(volume));
 }
 
 /// The cut through the joint, a root's through its com: of the skin that the body weighs upon or, where that leaves
@@ -130,12 +130,14 @@ Section make_section(const Surface& surface, const BodyTree& tree, int b, const 
   const int parent = tree.parent_of_body[b];
   const Vector3d& com = solids[b].com;
   const Vector3d joint = bind.translation();
-  Section section = estimated_section(solids[b].volume, (com - joint).norm());
-  const Cut cut{parent < 0 ? com : joint, limb_direction(bind, com), b};
-  if (const auto figure = measured_section(surface, cut, parent, section.area)) {
-    section = {figure->area, figure->mean_second_moment(), figure->outermost, 0.0, false};
-  }
-  if (parent >= 0) section.span = std::max((com - solids[parent].com).norm(), kLeastSpanShare * section.outermost);
+  const Vector3d normal = limb_direction(bind, solids[b]);
+  const Vector3d beyond_joint = joint + kInset * std::cbrt(solids[b].volume) * normal;
+  const Cut cut{parent < 0 ? com : beyond_joint, cut_axes(normal, bind.linear()), b};
+  const Isometry3d X_BC = bind.inverse() * Eigen::Translation3d(cut.point) * Isometry3d(cut.axes);
+  const double expected = expected_area(solids[b].volume, (com - joint).norm());
+  const auto figure = measured_section(surface, cut, parent, expected);
+  Section section = figure ? principal_section(*figure, X_BC) : round_section(expected, X_BC.linear());
+  if (parent >= 0) section.span = std::max((com - solids[parent].com).norm(), kLeastSpanShare * section.outermost.x());
   return section;
 }
 

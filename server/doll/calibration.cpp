@@ -1,15 +1,15 @@
 #include "calibration.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "section_law.h"
 
 namespace layfigure::doll {
 namespace {
 
 using dynamics::BodyDefinition;
-using dynamics::JointLaw;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -63,14 +63,11 @@ bool raise(double& value, double least) {
   return true;
 }
 
-JointLaw law_of_section(const Section& section, const DollSettings& settings) {
-  const double pattern = section.second_moment / section.span;
-  JointLaw law;
-  law.stiffness = settings.elastic_modulus * pattern;
-  law.damping = settings.viscosity * pattern;
-  law.flow_damping = settings.flow_viscosity * pattern;
-  law.yield_torque = settings.yield_stress * section.second_moment / section.outermost;
-  return law;
+/// Each axis by itself, so that the weakest one holds and the others are not made stronger than they need be.
+bool raise(Vector3d& values, const Vector3d& least) {
+  bool raised = false;
+  for (int k = 0; k < 3; ++k) raised = raise(values[k], least[k]) || raised;
+  return raised;
 }
 
 void report(const std::string& what, const std::vector<std::string>& names, Doll& doll) {
@@ -106,14 +103,15 @@ void calibrate(Doll& doll, const DollSettings& settings) {
   for (std::size_t b = 0; b < loads.size(); ++b) {
     BodyDefinition& body = doll.definition.bodies[b];
     if (body.parent < 0) continue;
-    JointLaw& law = body.joint;
-    law = law_of_section(doll.sections[b], settings);
-    if (raise(law.yield_torque, settings.hold_margin * loads[b].weight_torque)) strengthened.push_back(body.name);
-    const double least_stiffness =
-        std::max(loads[b].weight_torque / settings.largest_sag, law.yield_torque / settings.largest_strain);
+    AxisLaw law = axis_law(doll.sections[b], settings);
+    const Vector3d held = Vector3d::Constant(settings.hold_margin * loads[b].weight_torque);
+    if (raise(law.yield_torque, held)) strengthened.push_back(body.name);
+    const Vector3d least_stiffness =
+        (law.yield_torque / settings.largest_strain).cwiseMax(loads[b].weight_torque / settings.largest_sag);
     if (raise(law.stiffness, least_stiffness)) stiffened.push_back(body.name);
-    raise(law.damping, 2.0 * settings.damping_ratio * std::sqrt(law.stiffness * loads[b].inertia));
-    raise(law.flow_damping, 2.0 * law.yield_torque / settings.largest_flow_rate);
+    raise(law.damping, 2.0 * settings.damping_ratio * (law.stiffness * loads[b].inertia).cwiseSqrt());
+    body.joint = joint_law(law, doll.sections[b], settings);
+    raise(body.joint.flow_damping, 2.0 * body.joint.yield_torque / settings.largest_flow_rate);
   }
   report("yield torque raised to hold the limb's weight: ", strengthened, doll);
   report("stiffness raised to bear the limb's weight or to yield in time: ", stiffened, doll);

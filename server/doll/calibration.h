@@ -11,7 +11,7 @@ namespace layfigure::doll {
 /// What hangs on a body's joint, the body included.
 struct LimbLoad {
   double weight_torque{0.0};  ///< W, of its weight, were it stretched out level [N m]
-  double inertia{0.0};        ///< J, largest moment about the joint in the rest pose [kg m^2]
+  double inertia{0.0};        ///< M, largest moment about the joint in the rest pose [kg m^2]
 };
 
 /// One per body. O(n).

@@ -44,7 +44,7 @@ std::string row(const Doll& doll, std::size_t index, int width) {
   std::string text = format("%-*.*s %-*.*s %9.4f %9.3f%c", width, width, body.name.c_str(), width, width,
                             body.parent < 0 ? "-" : doll.definition.bodies[body.parent].name.c_str(), body.mass,
                             section.area * 1e4, section.estimated ? '*' : ' ');
-  text += format(" %11.4g", section.second_moment);
+  text += format(" %11.4g", 0.5 * section.second_moments.x());
   if (body.parent < 0) return text + "   free root\n";
   return text + format(" %9.4g %9.4g %9.4g %9.4g %9.4g\n", section.span, body.joint.stiffness, body.joint.damping,
                        body.joint.flow_damping, body.joint.yield_torque);
@@ -54,8 +54,9 @@ Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 Json to_json(const Section& section) {
   return {{"area", section.area},
-          {"second_moment", section.second_moment},
-          {"outermost", section.outermost},
+          {"second_moments", to_json(section.second_moments)},
+          {"outermost", to_json(section.outermost)},
+          {"axes", {section.axes.w(), section.axes.x(), section.axes.y(), section.axes.z()}},
           {"span", section.span},
           {"estimated", section.estimated}};
 }
@@ -73,6 +74,10 @@ Json body_json(const Doll& doll, std::size_t index) {
   json["damping"] = body.joint.damping;
   json["flow_damping"] = body.joint.flow_damping;
   json["yield_torque"] = std::isfinite(body.joint.yield_torque) ? Json(body.joint.yield_torque) : Json();
+  json["hardening"] = body.joint.hardening;
+  json["axis_ratios"] = {{"stiffness", to_json(body.joint.shape.stiffness)},
+                         {"damping", to_json(body.joint.shape.damping)},
+                         {"yield_torque", to_json(body.joint.shape.yield)}};
   return json;
 }
 

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "layfigure/doll/build.h"
 #include "rig_fixture.h"
+#include "section_law.h"
 
 namespace layfigure::doll {
 namespace {
@@ -83,8 +85,51 @@ TEST(Calibration, StrongMaterial_IsLeftAlone) {
   const Doll doll = build_doll(test::make_adult(), settings);
   EXPECT_TRUE(doll.warnings.empty());
   for (std::size_t b = 1; b < doll.sections.size(); ++b) {
-    const Section& section = doll.sections[b];
-    EXPECT_DOUBLE_EQ(doll.definition.bodies[b].joint.stiffness, 1e8 * (section.second_moment / section.span));
+    const AxisLaw law = axis_law(doll.sections[b], settings);
+    const JointLaw& joint = doll.definition.bodies[b].joint;
+    EXPECT_LT((joint.stiffness * joint.shape.stiffness - law.stiffness).norm(), 1e-12 * law.stiffness.norm());
+    EXPECT_LT((joint.yield_torque * joint.shape.yield - law.yield_torque).norm(), 1e-12 * law.yield_torque.norm());
+  }
+}
+
+/// Flat limbs are weak about one axis and strong about the other: the weak one is raised, the strong one left alone.
+TEST(Calibration, FlatLimbs_HoldAboutTheirWeakestAxis) {
+  const DollSettings settings;
+  const Doll doll = build_doll(test::make_flat_adult(), settings);
+  const auto loads = limb_loads(doll.definition);
+  bool differ = false;
+  for (std::size_t b = 1; b < loads.size(); ++b) {
+    const JointLaw& joint = doll.definition.bodies[b].joint;
+    const AxisLaw unraised = axis_law(doll.sections[b], settings);
+    EXPECT_EQ(joint.shape.yield.minCoeff(), 1.0);
+    EXPECT_EQ(joint.shape.stiffness.minCoeff(), 1.0);
+    EXPECT_GE(joint.yield_torque, settings.hold_margin * loads[b].weight_torque);
+    EXPECT_GE(joint.stiffness, loads[b].weight_torque / settings.largest_sag);
+    for (int k = 0; k < 3; ++k) {
+      const double yield = joint.yield_torque * joint.shape.yield[k];
+      const double least = std::max(unraised.yield_torque[k], settings.hold_margin * loads[b].weight_torque);
+      EXPECT_NEAR(yield, least, 1e-12 * least) << joint.shape.yield[k];
+      EXPECT_LE(yield, 1.0000001 * settings.largest_strain * joint.stiffness * joint.shape.stiffness[k]);
+    }
+    differ = differ || joint.shape.yield.maxCoeff() > 1.2;
+  }
+  EXPECT_TRUE(differ);
+}
+
+/// About any axis, by a joint's lever to the wrist. An arm half as deep is as light as it is weak.
+TEST(Calibration, DefaultAdult_ArmsYieldToAPullAtTheWrist) {
+  const double upper_arm = 0.26;  // [m]
+  for (const bool flat : {false, true}) {
+    const Doll doll = build_doll(flat ? test::make_flat_adult() : test::make_adult());
+    const double least = flat ? 5.0 : 10.0;  // [N]
+    const double most = flat ? 50.0 : 25.0;
+    for (std::size_t b = 0; b < doll.sections.size(); ++b) {
+      const auto& body = doll.definition.bodies[b];
+      if (body.name != "left0" && body.name != "left1") continue;
+      const double lever = body.name == "left0" ? 2 * upper_arm : upper_arm;
+      EXPECT_GT(body.joint.yield_torque / lever, least) << body.name;
+      EXPECT_LT(body.joint.yield_torque * body.joint.shape.yield.maxCoeff() / lever, most) << body.name;
+    }
   }
 }
 

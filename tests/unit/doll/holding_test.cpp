@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <ostream>
+#include <tuple>
+#include <vector>
 
 #include "layfigure/doll/build.h"
 #include "layfigure/dynamics/step.h"
@@ -56,23 +59,55 @@ double flow(const Doll& doll, const dynamics::State& state, int body) {
   return doll.definition.bodies[body].rest_rotation.angularDistance(state.bodies[body].rest_rotation);
 }
 
-class HoldingIn : public testing::TestWithParam<Vector3d> {};
+/// From the middle of a cube to its faces and corners.
+std::vector<Vector3d> cube_directions() {
+  std::vector<Vector3d> directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    directions.push_back(Vector3d::Unit(axis));
+    directions.emplace_back(-Vector3d::Unit(axis));
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d c((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+    directions.push_back(c.normalized());
+  }
+  return directions;
+}
 
-TEST_P(HoldingIn, DefaultAdult_SagsLittleAndNeverYields) {
-  Doll doll = build_doll(test::make_adult());
-  doll.definition.gravity = 9.81 * GetParam().normalized();  // as good as turning the doll
+struct Hanging {
+  const char* name;
+  character::Rig rig;
+};
+
+void PrintTo(const Hanging& hanging, std::ostream* out) { *out << hanging.name; }
+
+/// n(t): how much of its yield torque a joint bears, in units of t_y.
+double load_on(const dynamics::BodyDefinition& body, const dynamics::BodyState& state) {
+  const dynamics::JointShape& shape = body.joint.shape;
+  return (shape.axes.conjugate() * state.torque).cwiseQuotient(shape.yield).norm() / body.joint.yield_torque;
+}
+
+class HoldingIn : public testing::TestWithParam<std::tuple<Hanging, Vector3d>> {};
+
+TEST_P(HoldingIn, DefaultDoll_SagsLittleAndNeverYields) {
+  Doll doll = build_doll(std::get<0>(GetParam()).rig);
+  doll.definition.gravity = 9.81 * std::get<1>(GetParam());  // as good as turning the doll
   const dynamics::Model model(doll.definition);
   dynamics::State state = dynamics::initial_state(model);
   EXPECT_EQ(run(doll, model, state, nullptr, 3.0), 0);
   for (int b = 1; b < model.size(); ++b) {
     EXPECT_LT(strain(state.bodies[b]), 1.1 * DollSettings{}.largest_sag) << model.body(b).name;
     EXPECT_EQ(flow(doll, state, b), 0.0) << model.body(b).name;
+    // A little more than stretched out level: it hangs deeper where it sags.
+    EXPECT_LT(load_on(model.body(b), state.bodies[b]), 1.05 / DollSettings{}.hold_margin) << model.body(b).name;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Orientations, HoldingIn,
-                         testing::Values(Vector3d(0, 0, -1), Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(0, 1, 0),
-                                         Vector3d(-1, 2, -0.5)));
+                         testing::Combine(testing::Values(Hanging{"RoundAdult", test::make_adult()},
+                                                          Hanging{"FlatAdult", test::make_flat_adult()},
+                                                          Hanging{"SmallFlatDoll",
+                                                                  test::scaled(test::make_flat_adult(), 0.18)}),
+                                          testing::ValuesIn(cube_directions())));
 
 TEST(Holding, HandPulledUpAndReleased_TheArmStaysAndTheTrunkComesBack) {
   const Doll doll = build_doll(test::make_adult());

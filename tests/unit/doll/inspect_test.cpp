@@ -38,7 +38,13 @@ TEST(InspectJson, Adult_HoldsTheNumbersOfTheDoll) {
     EXPECT_EQ(body["name"], definition.name);
     EXPECT_EQ(body["mass"].get<double>(), definition.mass);
     EXPECT_EQ(body["stiffness"].get<double>(), definition.joint.stiffness);
-    EXPECT_EQ(body["section"]["second_moment"].get<double>(), doll.sections[b].second_moment);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(body["section"]["second_moments"][k].get<double>(), doll.sections[b].second_moments[k]);
+      EXPECT_EQ(body["section"]["outermost"][k].get<double>(), doll.sections[b].outermost[k]);
+      EXPECT_EQ(body["axis_ratios"]["stiffness"][k].get<double>(), definition.joint.shape.stiffness[k]);
+      EXPECT_EQ(body["axis_ratios"]["yield_torque"][k].get<double>(), definition.joint.shape.yield[k]);
+    }
+    EXPECT_EQ(body["section"]["axes"][0].get<double>(), doll.sections[b].axes.w());
     EXPECT_GT(body["inertia"][0].get<double>(), 0.0);
     mass += definition.mass;
   }

@@ -89,6 +89,48 @@ Rig moved(Rig rig, const Isometry3d& motion) {
   return rig;
 }
 
+Rig mirrored(Rig rig) {
+  const Eigen::DiagonalMatrix<double, 3> flip(-1.0, 1.0, 1.0);
+  const auto mirror = [&](Isometry3d& pose) {
+    pose.translation() = flip * pose.translation();
+    pose.linear() = flip * pose.linear() * flip;
+  };
+  for (Bone& bone : rig.bones) {
+    mirror(bone.bind);
+    mirror(bone.rest);
+  }
+  for (auto& mesh : rig.meshes) {
+    for (auto& vertex : mesh.vertices) vertex = flip * vertex;
+    for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[1]);
+  }
+  return rig;
+}
+
+Rig scaled(Rig rig, double factor) {
+  for (Bone& bone : rig.bones) {
+    bone.bind.translation() *= factor;
+    bone.rest.translation() *= factor;
+  }
+  for (auto& mesh : rig.meshes) {
+    for (auto& vertex : mesh.vertices) vertex *= factor;
+  }
+  return rig;
+}
+
+Rig make_flat_adult() {
+  constexpr double kFlatness = 0.5;
+  constexpr double kSlope = 0.4;    // of the arms' flat sides
+  constexpr double kHeight = 1.45;  // of the arms [m]
+  Rig rig = make_adult();
+  for (auto& vertex : rig.meshes[0].vertices) vertex.y() *= kFlatness;
+  for (const int arm : {1, 2}) {
+    for (auto& vertex : rig.meshes[arm].vertices) {
+      vertex.y() = kFlatness * vertex.y() + kSlope * (vertex.z() - kHeight);
+    }
+  }
+  return rig;
+}
+
 Rig make_adult() {
   Rig rig = make_prism({.prefix = "trunk",
                         .bones = 2,

@@ -36,9 +36,18 @@ void add_prism(character::Rig& rig, const Prism& prism, int parent);
 /// The whole rig moved rigidly.
 [[nodiscard]] character::Rig moved(character::Rig rig, const Eigen::Isometry3d& motion);
 
+/// The whole rig mirrored at the plane x = 0: a bone's frame too, and its own x turned round to keep it right-handed.
+[[nodiscard]] character::Rig mirrored(character::Rig rig);
+
+/// The whole rig this many times as large.
+[[nodiscard]] character::Rig scaled(character::Rig rig, double factor);
+
 /// An adult of cylinders, arms held out sideways: bones trunk0 trunk1 (upwards from z = 1 m), left0 left1 left2 (upper
 /// arm, forearm, hand), the same on the right.
 [[nodiscard]] character::Rig make_adult();
+
+/// The same with flat limbs: the trunk and the arms half as deep as wide, the arms aslant to their bones' axes.
+[[nodiscard]] character::Rig make_flat_adult();
 
 /// Settings whose minima do nothing, so that the joints are as the cross-sections make them.
 [[nodiscard]] DollSettings without_minima();

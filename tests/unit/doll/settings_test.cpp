@@ -49,10 +49,13 @@ TEST_F(SettingsFile, Empty_IsTheDefaults) {
 
 TEST_F(SettingsFile, EveryField_IsRead) {
   const DollSettings s = load(
-      "density = 500\nelastic_modulus = 2e6\nviscosity = 3.0\nflow_viscosity = 4.0\nyield_stress = 5.0\n"
+      "density = 500\nelastic_modulus = 2e6\npoisson_ratio = 0.25\nhardening = 6.0\nviscosity = 3.0\nflow_viscosity = "
+      "4.0\nyield_stress = 5.0\n"
       "largest_sag = 0.06\nlargest_strain = 0.3\nhold_margin = 7.0\ndamping_ratio = 0.8\nlargest_flow_rate = 9.0\n");
   EXPECT_EQ(s.density, 500.0);
   EXPECT_EQ(s.elastic_modulus, 2e6);
+  EXPECT_EQ(s.poisson_ratio, 0.25);
+  EXPECT_EQ(s.hardening, 6.0);
   EXPECT_EQ(s.viscosity, 3.0);
   EXPECT_EQ(s.flow_viscosity, 4.0);
   EXPECT_EQ(s.yield_stress, 5.0);
@@ -61,6 +64,31 @@ TEST_F(SettingsFile, EveryField_IsRead) {
   EXPECT_EQ(s.hold_margin, 7.0);
   EXPECT_EQ(s.damping_ratio, 0.8);
   EXPECT_EQ(s.largest_flow_rate, 9.0);
+}
+
+TEST_F(SettingsFile, Material_IsTheBaseOfWhatIsNotGiven) {
+  const Material& clay = *find_material("clay");
+  const DollSettings s = load("density = 500\nmaterial = \"clay\"\nhold_margin = 3.0\n");  // the order is no matter
+  EXPECT_EQ(s.material, "clay");
+  EXPECT_EQ(s.density, 500.0);
+  EXPECT_EQ(s.hold_margin, 3.0);
+  EXPECT_EQ(s.elastic_modulus, clay.elastic_modulus);
+  EXPECT_EQ(s.poisson_ratio, clay.poisson_ratio);
+  EXPECT_EQ(s.viscosity, clay.viscosity);
+  EXPECT_EQ(s.flow_viscosity, clay.flow_viscosity);
+  EXPECT_EQ(s.yield_stress, clay.yield_stress);
+  EXPECT_EQ(s.hardening, clay.hardening);
+  EXPECT_EQ(load("material = \"soft vinyl\"").density, DollSettings{}.density);
+}
+
+TEST_F(SettingsFile, UnknownMaterial_IsRefusedWithTheKnownOnes) {
+  const std::string what = complaint("density = 500\nmaterial = \"wod\"\n");
+  EXPECT_NE(what.find(":2: material = \"wod\", expected one of \"soft vinyl\", \"wood\""), std::string::npos) << what;
+  for (const std::string value : {"3", "true", "[\"wood\"]", "{name = \"wood\"}"}) {
+    EXPECT_NE(complaint("material = " + value + "\n").find(":1: material: expected a name in quotes"),
+              std::string::npos)
+        << value;
+  }
 }
 
 TEST_F(SettingsFile, UnknownKey_IsRefusedWithItsLine) {
@@ -78,7 +106,8 @@ TEST_F(SettingsFile, NotANumber_IsRefused) {
 TEST_F(SettingsFile, OutOfRange_IsRefusedWithTheRange) {
   for (const std::string line :
        {"density = 0", "density = -1", "density = nan", "density = inf", "elastic_modulus = -1", "hold_margin = 0.5",
-        "largest_sag = 0", "largest_sag = 2", "damping_ratio = 11", "largest_flow_rate = 0", "yield_stress = 1e300"}) {
+        "largest_sag = 0", "largest_sag = 2", "damping_ratio = 11", "poisson_ratio = -1", "poisson_ratio = 0.6",
+        "hardening = -1", "largest_flow_rate = 0", "yield_stress = 1e300"}) {
     EXPECT_NE(complaint(line + "\n").find("expected "), std::string::npos) << line;
   }
   EXPECT_NE(complaint("density = -1").find("density = -1, expected (0, 1e+06]"), std::string::npos);
@@ -95,6 +124,12 @@ TEST_F(SettingsFile, Missing_IsRefused) {
 }
 
 TEST(ValidateSettings, Defaults_AreAllowed) { EXPECT_NO_THROW(validate({})); }
+
+TEST(ValidateSettings, UnknownMaterial_IsRefused) {
+  DollSettings settings;
+  settings.material = "wod";
+  EXPECT_THROW(validate(settings), std::invalid_argument);
+}
 
 TEST(ValidateSettings, NotFinite_IsRefused) {
   DollSettings settings;

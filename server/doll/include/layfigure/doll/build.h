@@ -17,17 +17,22 @@ namespace layfigure::doll {
 /// capsule in its bounding box along the bone's axes, which is reported.
 ///
 /// Joints. The skin that the body weighs upon is cut by the plane through the joint across the direction from the joint
-/// to the body's com; Green's theorem over the loop about the joint gives the area, the mean second moment of area I
-/// and the largest distance c from its centroid. With s the distance of the two bodies' coms (physics: Matsunaga, Eq.
-/// 3-4):
-///     K_f = elastic_modulus I / s,   D_f = viscosity I / s,   D_d = flow_viscosity I / s,   t_y = yield_stress I / c .
-/// Where no loop is found, the section is the circle that the body's volume and length suggest, which is reported.
+/// to the body's com; Green's theorem over the loop about the joint, less the holes in it, gives the area, the
+/// principal axes of bending y and z, their second moments of area I_y and I_z, J = I_y + I_z of twist, and the largest
+/// distances c from the centroid and from the two axes. With s the distance of the two bodies' coms, each axis has its
+/// own law (physics: Matsunaga, Eq. 3-4), for which I stands for J / (2 (1 + nu)), I_y, I_z:
+///     K_f = elastic_modulus I / s,   D_f = viscosity I / s,   D_d = flow_viscosity I / s,   H = hardening I / s,
+///     t_y = yield_stress (J / (sqrt(3) c_x), I_y / c_y, I_z / c_z)
+/// (section_law.h derives them). The joint's K_f, D_f and t_y are those of its weakest axis, its shape gives the others
+/// as multiples. Where no loop is found, the section is the circle that the body's volume and length suggest, which is
+/// reported.
 ///
-/// Calibration. The fourth power of the thickness leaves thin limbs too weak, so each is a minimum:
+/// Calibration. The fourth power of the thickness leaves thin limbs too weak, so each is a minimum, about every axis:
 ///     t_y >= hold_margin W,               K_f >= W / largest_sag,  K_f >= t_y / largest_strain,
-///     D_f >= 2 damping_ratio sqrt(K_f J), D_d >= 2 t_y / largest_flow_rate
-/// where W is the torque of the weight of all that hangs on the joint, were it stretched out level, and J its largest
-/// moment of inertia about the joint in the rest pose. Joints whose K_f or t_y it raised are reported.
+///     D_f >= 2 damping_ratio sqrt(K_f M), D_d >= 2 t_y / largest_flow_rate
+/// where W is the torque of the weight of all that hangs on the joint, were it stretched out level, and M its largest
+/// moment of inertia about the joint in the rest pose: the weakest axis holds the limb in any pose, whichever way is
+/// down. Joints whose K_f or t_y it raised are reported.
 ///
 /// The root is pinned with a natural frequency of 10 Hz, critically damped, by the mass and inertia of the whole.
 ///

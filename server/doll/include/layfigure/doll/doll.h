@@ -21,13 +21,17 @@ struct RootPin {
   double angular_damping{0.0};    ///< [N m s/rad]
 };
 
-/// The mesh's cross-section at a joint, cut by the plane across the bone.
+/// The mesh's cross-section at a joint, cut by the plane across the bone, in axes S of its own: x across the cut, along
+/// the bone (twist), y and z the principal axes of bending through its centroid, I_y >= I_z (named as in EN 1993-1-1).
+/// A round section has none; its y is one of the bone's own axes, laid into the cut.
 struct Section {
-  double area{0.0};           ///< [m^2]
-  double second_moment{0.0};  ///< I, mean of the two principal ones [m^4]
-  double outermost{0.0};      ///< largest distance from the section's centroid [m]
-  double span{0.0};           ///< s, distance between the coms of the two bodies [m]
-  bool estimated{false};      ///< no closed cut was found; taken from the body's own size
+  Eigen::Quaterniond axes{Eigen::Quaterniond::Identity()};  ///< R_BS
+  double area{0.0};                                         ///< [m^2]
+  Eigen::Vector3d second_moments{Eigen::Vector3d::Zero()};  ///< J = I_y + I_z, I_y, I_z [m^4]
+  Eigen::Vector3d outermost{Eigen::Vector3d::Zero()};       ///< c: farthest from the centroid, from y, from z [m]
+  double span{0.0};                                         ///< s, distance between the coms of the two bodies [m]
+  bool estimated{false};                 ///< no closed cut was found; a circle, taken from the body's own size
+  std::vector<Eigen::Vector3d> outline;  ///< of the cut, a closed polygon in the body's frame [m]; estimated: empty
 };
 
 /// What a bone moves with, rigidly: its own body; else its nearest ancestor's; above the root body, the root body.
