@@ -2,7 +2,9 @@
 
 #include <vector>
 
+#include "bone_names.h"
 #include "layfigure/character/rig.h"
+#include "layfigure/doll/bone_role.h"
 #include "surface.h"
 
 namespace layfigure::doll {
@@ -12,11 +14,14 @@ struct BodyTree {
   std::vector<int> bone_of_body;     ///< parents before children
   std::vector<int> parent_of_body;   ///< -1: a root
   std::vector<int> carrier_of_bone;  ///< body, -1: none in the bone's tree
+  std::vector<BoneRole> roles;       ///< one per bone
 };
 
-/// By the rules of build_doll(). `owners` are triangle_owners() of the surface. Throws std::invalid_argument if no bone
-/// has enough skin.
-[[nodiscard]] BodyTree make_body_tree(const std::vector<character::Bone>& bones, const Surface& surface,
-                                      const std::vector<int>& owners);
+/// By the rules of build_doll(). `owners` are triangle_owners() of the surface; `choices` may be fewer than the bones:
+/// the others are automatic. Throws std::invalid_argument: no bone has enough skin, a bone that is to be a body has
+/// none or one that is to be merged has no parent.
+[[nodiscard]] BodyTree make_body_tree(const std::vector<character::Bone>& bones, const std::vector<BoneName>& names,
+                                      const Surface& surface, const std::vector<int>& owners,
+                                      const std::vector<MergeChoice>& choices = {});
 
 }  // namespace layfigure::doll

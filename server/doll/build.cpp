@@ -7,7 +7,9 @@
 #include "body_tree.h"
 #include "calibration.h"
 #include "contact_shape.h"
+#include "joint_limits.h"
 #include "mass_properties.h"
+#include "mirror.h"
 #include "section.h"
 #include "surface.h"
 
@@ -42,6 +44,7 @@ std::vector<Isometry3d> rest_poses(const std::vector<character::Bone>& bones) {
 
 void add_bones(const BodyTree& tree, const std::vector<Isometry3d>& X_WA, Doll& doll) {
   doll.bone_of_body = tree.bone_of_body;
+  doll.bone_roles = tree.roles;
   doll.body_of_bone.assign(doll.rig.bones.size(), -1);
   for (std::size_t b = 0; b < tree.bone_of_body.size(); ++b) {
     doll.body_of_bone[tree.bone_of_body[b]] = static_cast<int>(b);
@@ -163,16 +166,37 @@ void add_shapes(const Surface& surface, const std::vector<Part>& parts, const Bo
   doll.never_touch = overlapping_at_rest(doll.definition, doll.shapes);
 }
 
+std::vector<BoneName> names_of(const std::vector<character::Bone>& bones) {
+  std::vector<std::string> names;
+  for (const character::Bone& bone : bones) names.push_back(bone.name);
+  return read_bone_names(names);
+}
+
+void add_limits(const std::vector<BoneName>& names, const std::vector<MassProperties>& solids, Doll& doll) {
+  BodyLayout layout;
+  for (std::size_t b = 0; b < solids.size(); ++b) {
+    const character::Bone& bone = doll.rig.bones[doll.bone_of_body[b]];
+    const dynamics::BodyDefinition& body = doll.definition.bodies[b];
+    layout.push_back({bone.name, names[doll.bone_of_body[b]], body.parent, bone.bind.translation(), solids[b].com,
+                      Eigen::Quaterniond(bone.bind.linear()).normalized(), body.rest_rotation});
+  }
+  const Mirror mirror = find_mirror(layout, doll.warnings);
+  doll.mirror_of_body = mirror.mirror_of_body;
+  const std::vector<dynamics::JointLimits> limits = make_joint_limits(layout, mirror, doll.warnings);
+  for (std::size_t b = 0; b < limits.size(); ++b) doll.definition.bodies[b].limits = limits[b];
+}
+
 }  // namespace
 
-Doll build_doll(character::Rig rig, const DollSettings& settings) {
+Doll build_doll(character::Rig rig, const DollSettings& settings, const std::vector<MergeChoice>& choices) {
   validate(settings);
   Doll doll;
   doll.rig = std::move(rig);
   doll.definition.root = dynamics::RootKind::kFree;
   Surface surface = make_surface(doll.rig);
   const std::vector<int> owner_bones = triangle_owners(surface);
-  const BodyTree tree = make_body_tree(doll.rig.bones, surface, owner_bones);
+  const std::vector<BoneName> names = names_of(doll.rig.bones);
+  const BodyTree tree = make_body_tree(doll.rig.bones, names, surface, owner_bones, choices);
   rename_owners(surface, tree.carrier_of_bone);
 
   const std::vector<Isometry3d> X_WA = rest_poses(doll.rig.bones);
@@ -188,6 +212,7 @@ Doll build_doll(character::Rig rig, const DollSettings& settings) {
                               "': no section found at its joint; estimated from its volume and length");
     }
   }
+  add_limits(names, solids, doll);
   calibrate(doll, settings);
   add_shapes(surface, parts, tree, doll);
   return doll;

@@ -8,9 +8,26 @@ namespace layfigure::doll {
 
 /// Makes a doll of a rig.
 ///
-/// Bodies. Each triangle belongs to the bone that weighs most on its corners. A bone with at least 4 triangles and 1e-4
-/// of the skin's area is a body; the others ride rigidly on their nearest ancestor that is one, and those above every
-/// body on the one with the most skin, to which the other limbs are then joined too. A body's frame is its bone's.
+/// Bodies. Each triangle belongs to the bone that weighs most on its corners. By the bones' names (bone_names.h) the
+/// skin of some goes to another one:
+/// - a twist or roll helper's to the limb that it is called after, the nearest above it or beside it,
+/// - that of a further bone of an undivided limb (upperarm02, upper_arm.L.001), if it lies in line with the first and
+/// the
+///   next limb follows it, to the bone above; a metacarpal's to the hand; a half of the hips' to what it hangs on,
+/// - that of eyes, lids, brows, lips, cheeks, nose, tongue and teeth to the head; a jaw is a bone like others.
+/// A bone that then has at least 4 triangles, 1e-4 of the skin's area, 1e-5 of its volume and reaches 0.5 % of the
+/// character's largest extent from its joint is a body. A smaller one is merged into its parent, from the tips inwards.
+/// Bones without skin (IK, poles, controls, ends) ride on the nearest body above, and those above every body on the one
+/// with the most skin, to which the other limbs are then joined too. `choices`, by bone, overrule all this; bones that
+/// it does not reach are automatic. Doll::bone_roles tells what became of each. A body's frame is its bone's.
+///
+/// Mirror. Doll::mirror_of_body pairs the bodies of both sides, by their names where they say a side and by their
+/// places in the bind pose.
+///
+/// Limits. Each joint has the range of motion of what its bone is called, about axes that follow from where the joints
+/// of the bind pose are and where the feet point, not from the axes of the bones; mirrored pairs have mirrored limits.
+/// Bones of unknown parts turn by 120 degrees and twist by 90. A rest pose beyond its limits widens them, which is
+/// reported.
 ///
 /// Mass. A body's part of the skin is closed, each open loop by a fan to its centroid, and volume, com and inertia are
 /// integrated over it (divergence theorem), times the density. A part that encloses hardly anything counts as the
@@ -36,7 +53,9 @@ namespace layfigure::doll {
 ///
 /// The root is pinned with a natural frequency of 10 Hz, critically damped, by the mass and inertia of the whole.
 ///
-/// Throws std::invalid_argument: settings out of range, or no bone has enough skin. O(triangles + bones). Thread-safe.
-[[nodiscard]] Doll build_doll(character::Rig rig, const DollSettings& settings = {});
+/// Throws std::invalid_argument: settings out of range, no bone has enough skin, or a choice that cannot be met: a body
+/// without skin, a merged bone without parent. O(triangles + bones^2). Thread-safe.
+[[nodiscard]] Doll build_doll(character::Rig rig, const DollSettings& settings = {},
+                              const std::vector<MergeChoice>& choices = {});
 
 }  // namespace layfigure::doll

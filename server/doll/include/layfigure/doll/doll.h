@@ -8,6 +8,7 @@
 
 #include "layfigure/character/rig.h"
 #include "layfigure/collision/shapes.h"
+#include "layfigure/doll/bone_role.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 
@@ -47,8 +48,10 @@ struct Doll {
   RootPin root_pin;
   std::vector<int> body_of_bone;  ///< index into definition.bodies, -1: the bone rides rigidly on its parent bone
   std::vector<int> bone_of_body;
-  std::vector<Carrier> carriers;  ///< one per bone
-  std::vector<Section> sections;  ///< one per body; a root's is that of its own middle
+  std::vector<BoneRole> bone_roles;                ///< one per bone: why it is a body, or none
+  std::vector<int> mirror_of_body;                 ///< its image on the other side; itself in the middle, -1: none
+  std::vector<Carrier> carriers;                   ///< one per bone
+  std::vector<Section> sections;                   ///< one per body; a root's is that of its own middle
   std::vector<collision::ShapeDefinition> shapes;  ///< what the bodies touch each other with
   std::vector<std::pair<int, int>> never_touch;    ///< bodies, beside parents and children, that overlap at rest
   std::vector<std::string> warnings;
