@@ -19,11 +19,10 @@ constexpr double kVisibleBend = 20.0 * kRadian;
 constexpr double kLeastAcross = 15.0 * kRadian;
 // The share of a foot's length that points forward, for it to tell where that is.
 constexpr double kLeastForward = 0.2;
-// The axis of the upper arm's cone and how it leans: fitted, with its widths in range_of_motion.cpp, to six directions
-// that AAOS gives.
-constexpr double kConeForward = 45.0 * kRadian;
-constexpr double kConeDown = 15.0 * kRadian;
-constexpr double kConeLean = 30.0 * kRadian;
+// The axis of the upper arm's cone: near to the plane of hanging and straight out, between which a twist then hardly
+// changes, and so that the cone's rim, its widths in range_of_motion.cpp, comes near to six directions that AAOS gives.
+constexpr double kConeForward = 20.0 * kRadian;
+constexpr double kConeDown = 40.0 * kRadian;
 
 bool is_spine(BonePart part) { return part == BonePart::kSpine || part == BonePart::kChest; }
 
@@ -108,7 +107,7 @@ class Anatomy {
   [[nodiscard]] Vector3d thumb_side(int hand) const;
 
   [[nodiscard]] std::optional<JointAxes> from_bind(int b, const Vector3d& f, const Vector3d& a) const;
-  [[nodiscard]] std::optional<JointAxes> from_bind_in_middle(int b, const Vector3d& f) const;
+  [[nodiscard]] std::optional<JointAxes> from_bind_in_middle(const Vector3d& x, const Vector3d& f) const;
   [[nodiscard]] std::optional<JointAxes> in_line(int b, const Vector3d& f, const Vector3d& a) const;
   [[nodiscard]] std::optional<JointAxes> upper_arm(int b) const;
   [[nodiscard]] std::optional<JointAxes> thigh(int b) const;
@@ -189,9 +188,9 @@ std::optional<JointAxes> Anatomy::from_bind(int b, const Vector3d& f, const Vect
   return axes ? std::optional(JointAxes{*axes, *axes, a}) : std::nullopt;
 }
 
-/// The limb as if it lay in the plane of the mirror.
-std::optional<JointAxes> Anatomy::from_bind_in_middle(int b, const Vector3d& f) const {
-  const Vector3d along = across(limb(b), axes_.left);
+/// A limb along `x`, as if it lay in the plane of the mirror.
+std::optional<JointAxes> Anatomy::from_bind_in_middle(const Vector3d& x, const Vector3d& f) const {
+  const Vector3d along = across(x, axes_.left);
   if (!(along.norm() > std::sin(kLeastAcross))) return std::nullopt;
   const auto axes = frame(along.normalized(), f);
   return axes ? std::optional(JointAxes{*axes, *axes, axes_.left}) : std::nullopt;
@@ -213,10 +212,7 @@ std::optional<JointAxes> Anatomy::upper_arm(int b) const {
   const Vector3d out = outward(b);
   const Vector3d level = std::cos(kConeForward) * out + std::sin(kConeForward) * axes_.forward;
   const Vector3d cone = std::cos(kConeDown) * level - std::sin(kConeDown) * axes_.up;
-  const Vector3d inward = std::cos(kConeForward) * axes_.forward - std::sin(kConeForward) * out;
-  const Vector3d upward = std::cos(kConeDown) * axes_.up + std::sin(kConeDown) * level;
-  const Vector3d f = std::cos(kConeLean) * inward - std::sin(kConeLean) * upward;
-  const Vector3d a = std::cos(kConeLean) * upward + std::sin(kConeLean) * inward;
+  const Vector3d f = std::cos(kConeForward) * axes_.forward - std::sin(kConeForward) * out;
 
   const auto bent = bend_below(b);
   const Vector3d front = bent ? Vector3d(bent->cross(limb(b))) : turned(out, limb(b), axes_.forward);
@@ -224,7 +220,7 @@ std::optional<JointAxes> Anatomy::upper_arm(int b) const {
   const auto untwisted = frame(cone, turned(out, cone, axes_.forward) + turned(-axes_.up, cone, axes_.forward));
   const auto neutral = frame(cone, f);
   if (!bound || !untwisted || !neutral) return std::nullopt;
-  return JointAxes{*bound * untwisted->transpose() * *neutral, *neutral, a};
+  return JointAxes{*bound * untwisted->transpose() * *neutral, *neutral, axes_.up};
 }
 
 std::optional<JointAxes> Anatomy::thigh(int b) const {
@@ -258,10 +254,11 @@ std::optional<JointAxes> Anatomy::joint(int b) const {
     case BonePart::kSpine:
     case BonePart::kChest:
     case BonePart::kNeck:
+      return from_bind_in_middle(limb(b), axes_.forward);
     case BonePart::kHead:
-      return from_bind_in_middle(b, axes_.forward);
+      return from_bind_in_middle(axes_.up, axes_.forward);
     case BonePart::kJaw:
-      return from_bind_in_middle(b, -axes_.up);
+      return from_bind_in_middle(limb(b), -axes_.up);
     case BonePart::kEye:
       return from_bind(b, axes_.up, axes_.left);
     case BonePart::kClavicle:

@@ -30,14 +30,14 @@ struct JointAxes {
 
 /// The axes of body `b`'s joint by what it is, from where its joint and its neighbours' are, whatever the axes of the
 /// bones. The limb runs from its joint to the next body's (of a hand, to the middle of the fingers' first joints), of
-/// the last one to its com.
+/// the last one to its com; a head's is up, its com being in front of the neck.
 ///
 ///     part                  f                                       a            neutral
 ///     spine, chest          forward                                 left         bind pose
 ///     neck, head            forward                                 left         bind pose
 ///     jaw, eye              down; up                                left         bind pose
 ///     clavicle              forward                                 up           bind pose
-///     upper arm             the cone's own: see below               up           as the cone's axis
+///     upper arm             forward, level                          up           as the cone's axis
 ///     forearm               where the elbow bends: forward          (1)          in line with the upper arm
 ///     hand                  the palm                                thumb's side in line with the forearm
 ///     fingers 1; 2 and 3    the palm                                thumb's side in line with the hand; the bone above
@@ -54,8 +54,8 @@ struct JointAxes {
 /// faces where it must for a thumb on the side of the index finger's knuckle; without fingers the thumb points to where
 /// the elbow bends.
 ///
-/// The upper arm's cone points 45 degrees outward of forward and 15 below the horizon, its long axis a leans 30 degrees
-/// from up to forward; the arm's twist is zero where the elbow bends forward, in the mean of hanging and straight out.
+/// The upper arm's cone points outward, 20 degrees forward and 40 down. The arm's twist is zero where the elbow bends
+/// forward, in the mean of hanging and straight out.
 ///
 /// None: the part is not known, or its directions are not (no body axes; f along the limb).
 [[nodiscard]] std::optional<JointAxes> find_joint_axes(const BodyLayout& layout, const Mirror& mirror,

@@ -16,8 +16,9 @@ namespace layfigure::doll {
 /// The two joints of a mirrored pair have limits that are each other's images exactly. The rest pose is inside all of
 /// them by kLeastRangeDeg at least: a limit that it is beyond is widened, both of a pair alike, and reported.
 ///
-/// Files state no limits that arrive here: glTF, Collada and BVH have none for a skeleton's joints, and what FBX keeps
-/// of them (RotationMin, RotationMax) the import does not read.
+/// Limits that a file states are not used: glTF, Collada and BVH have none for a skeleton's joints; FBX's (RotationMin,
+/// RotationMax: Euler angles in pre-rotated axes) assimp 5.2 passes on as metadata of the nodes, which the import
+/// leaves.
 ///
 /// O(bodies^2).
 [[nodiscard]] std::vector<dynamics::JointLimits> make_joint_limits(const BodyLayout& layout, const Mirror& mirror,

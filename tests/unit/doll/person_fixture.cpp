@@ -19,6 +19,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int kSides = 8;
+constexpr double kApart = 0.02;  // share of the length: no two limbs share vertices
 
 /// Adds limbs by name, remembering the last; each bone's roll is larger than the one before.
 class Builder {
@@ -66,13 +67,13 @@ void add_arm(Builder& builder, const Person& person, const std::string& side, do
 
 void add_leg(Builder& builder, const std::string& side, double x, int hips) {
   const Vector3d hip(x * 0.1, 0, 0.95);
-  const Vector3d knee(x * 0.11, 0, 0.52);
-  const Vector3d ankle(x * 0.12, 0.02, 0.09);
-  const Vector3d ball(x * 0.13, -0.10, 0.03);
+  const Vector3d knee(x * 0.1, 0, 0.52);
+  const Vector3d ankle(x * 0.1, 0.02, 0.09);
+  const Vector3d ball(x * 0.1, -0.10, 0.03);
   const int thigh = builder.add(side + "UpLeg", hips, hip, knee, 0.07);
   const int shin = builder.add(side + "Leg", thigh, knee, ankle, 0.05);
   const int foot = builder.add(side + "Foot", shin, ankle, ball, 0.035);
-  builder.add(side + "ToeBase", foot, ball, {x * 0.13, -0.17, 0.025}, 0.02);
+  builder.add(side + "ToeBase", foot, ball, {x * 0.1, -0.17, 0.025}, 0.02);
 }
 
 }  // namespace
@@ -94,7 +95,8 @@ int add_limb(Rig& rig, const std::string& name, int parent, const Vector3d& head
 
   character::SkinnedMesh mesh;
   mesh.name = name;
-  for (const Vector3d& end : {head, tail}) {
+  const Vector3d apart = kApart * (tail - head);
+  for (const Vector3d& end : {Vector3d(head + apart), Vector3d(tail - apart)}) {
     for (int k = 0; k < kSides; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / kSides;
       mesh.vertices.push_back(end + radius * (std::cos(angle) * side + std::sin(angle) * y.cross(side)));
