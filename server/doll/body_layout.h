@@ -23,4 +23,18 @@ struct BodyPlace {
 /// One per body, parents before children.
 using BodyLayout = std::vector<BodyPlace>;
 
+/// Whether a limb called `above` goes on in one called `below`: the upper arm in the forearm, one of a finger's bones
+/// in the next, the hand in the fingers but not the thumb. Of unknown bones: in any.
+[[nodiscard]] bool continues(const BoneName& above, const BoneName& below);
+
+/// The body above, if it is known and its limb goes on in `b`; else -1.
+[[nodiscard]] int limb_above(const BodyLayout& layout, int b);
+
+/// The nearest of that part among `b` and what is above it; -1: none.
+[[nodiscard]] int nearest_above(const BodyLayout& layout, int b, BonePart part);
+
+/// From the joint to the one that the limb goes on at (of a hand, the middle of the fingers' first), else to the com;
+/// unit. The bone's own Y if both are at the joint.
+[[nodiscard]] Eigen::Vector3d limb_direction(const BodyLayout& layout, int b);
+
 }  // namespace layfigure::doll

@@ -61,9 +61,6 @@ struct JointAxes {
 [[nodiscard]] std::optional<JointAxes> find_joint_axes(const BodyLayout& layout, const Mirror& mirror,
                                                        const std::optional<BodyAxes>& body_axes, int b);
 
-/// From the joint to the next one, or to the com; unit. The bone's own Y if both are at the joint.
-[[nodiscard]] Eigen::Vector3d limb_direction(const BodyLayout& layout, int b);
-
 /// Axes for a limb of which no more than its direction is known; they measure from the bind pose.
 [[nodiscard]] JointAxes plain_axes(const Eigen::Vector3d& limb);
 
