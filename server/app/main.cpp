@@ -8,12 +8,10 @@
 #include <iostream>
 #include <thread>
 
+#include "layfigure/app/load_doll.h"
 #include "layfigure/app/options.h"
 #include "layfigure/app/server.h"
-#include "layfigure/character/import.h"
-#include "layfigure/doll/build.h"
 #include "layfigure/doll/inspect.h"
-#include "layfigure/doll/settings.h"
 
 namespace {
 
@@ -39,14 +37,8 @@ std::jthread signal_watch(const sigset_t& signals, app::Server& server) {
   });
 }
 
-doll::Doll load_doll(const app::Options& options) {
-  const doll::DollSettings settings =
-      options.doll_settings ? doll::load_settings(*options.doll_settings) : doll::DollSettings{};
-  return doll::build_doll(character::import_rig(options.character), settings);
-}
-
 void run(const app::Options& options) {
-  doll::Doll doll = load_doll(options);
+  doll::Doll doll = app::load_doll(options);
   if (options.inspect) {
     std::cout << (options.json ? doll::inspect_json(doll) : doll::inspect_text(doll)) << std::flush;
     return;

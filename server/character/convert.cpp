@@ -1,16 +1,26 @@
 #include "convert.h"
 
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
 #include <set>
 #include <stdexcept>
 
 #include "skeleton.h"
 #include "skin.h"
+#include "unit.h"
 
 namespace layfigure::character {
 namespace {
 
 constexpr double kFarthest = 1e6;  // [m]; farther out, a float has no centimetres left
 constexpr std::size_t kMostBones = 16384;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 /// For points and for whole poses, whose other entries are at most 1.
 template <class Matrix>
@@ -54,6 +64,51 @@ void check_rig(const Rig& rig) {
   if (triangles == 0) throw std::runtime_error("it has no triangles; export it with its mesh");
 }
 
+double longest_side(const Rig& rig) {
+  Eigen::AlignedBox3d box;
+  for (const SkinnedMesh& mesh : rig.meshes) {
+    for (const auto& vertex : mesh.vertices) box.extend(vertex);
+  }
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+}
+
+void scale(Rig& rig, double factor) {
+  for (Bone& bone : rig.bones) {
+    bone.rest.translation() *= factor;
+    bone.bind.translation() *= factor;
+  }
+  for (SkinnedMesh& mesh : rig.meshes) {
+    for (auto& vertex : mesh.vertices) vertex *= factor;
+  }
+}
+
+std::string unit_name(double metres_per_unit) {
+  if (metres_per_unit == 1.0) return "metres";
+  if (metres_per_unit == 0.01) return "centimetres";
+  if (metres_per_unit == 0.001) return "millimetres";
+  if (metres_per_unit == kInch) return "inches";
+  return "units of " + number(metres_per_unit) + " m";
+}
+
+/// Brings the rig to a sane size where its unit is not stated or cannot be meant; what was assumed is reported.
+void mend_unit(const SourceScene& scene, Rig& rig) {
+  const double size = longest_side(rig);
+  if (!(size > 0.0 && std::isfinite(size))) return;
+  const UnitChoice choice = choose_unit(size, scene.metres_per_unit, scene.unit_is_stated);
+  const double factor = choice.metres_per_unit / scene.metres_per_unit;
+  if (factor != 1.0) scale(rig, factor);
+  const std::string result = "its longest side is " + number(factor * size) + " m";
+  if (!choice.fits) {
+    rig.warnings.push_back(result + ", which is no doll's size: scale it if it is not meant to be");
+  } else if (factor != 1.0 && scene.unit_is_stated) {
+    rig.warnings.push_back("its unit would make it " + number(size) + " m long: taken as " +
+                           unit_name(choice.metres_per_unit) + ", so that " + result);
+  } else if (!scene.unit_is_stated && choice.metres_per_unit != 1.0) {
+    rig.warnings.push_back("its format states no unit: taken as " + unit_name(choice.metres_per_unit) + ", so that " +
+                           result);
+  }
+}
+
 /// Gives the items (bones or meshes) names that are unique and not empty.
 template <class Item>
 void make_names_unique(std::vector<Item>& items, const std::string& kind, std::vector<std::string>& warnings) {
@@ -83,9 +138,11 @@ Rig convert(const SourceScene& scene) {
   check_scene(scene);
   Skeleton skeleton = make_skeleton(scene);
   Rig rig;
-  rig.warnings = std::move(skeleton.warnings);
+  rig.warnings = scene.warnings;
+  rig.warnings.insert(rig.warnings.end(), skeleton.warnings.begin(), skeleton.warnings.end());
   rig.meshes = make_meshes(scene, skeleton, rig.warnings);
   rig.bones = std::move(skeleton.bones);
+  mend_unit(scene, rig);
   make_names_unique(rig.bones, "bone", rig.warnings);
   make_names_unique(rig.meshes, "mesh", rig.warnings);
   check_rig(rig);

@@ -1,204 +1,88 @@
 #include "layfigure/character/import.h"
 
-#include <assimp/commonMetaData.h>
-#include <assimp/config.h>
-#include <assimp/material.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
-#include <assimp/Importer.hpp>
-#include <cmath>
-#include <cstring>
-#include <map>
+#include <optional>
 #include <string>
 
+#include "companion.h"
 #include "convert.h"
 #include "file_check.h"
 #include "isolate.h"
 #include "rig_bytes.h"
-#include "source_scene.h"
+#include "source_reader.h"
+#include "text.h"
 
-// The only file that sees assimp: it turns a scene of assimp's into a SourceScene.
 namespace layfigure::character {
 namespace {
 
-using Eigen::Affine3d;
+namespace fs = std::filesystem;
 
-constexpr std::size_t kMostNodes = 1U << 20U;
-constexpr std::size_t kMostVertices = 20'000'000;
+constexpr const char* kCacheKind = "rig";
 
-Affine3d to_affine(const aiMatrix4x4& m) {
-  Affine3d pose = Affine3d::Identity();
-  pose.linear() << m.a1, m.a2, m.a3, m.b1, m.b2, m.b3, m.c1, m.c2, m.c3;
-  pose.translation() << m.a4, m.b4, m.c4;
-  return pose;
+/// What a reader may take. The largest character that is allowed needs a tenth of the time, and most of the memory.
+constexpr std::uint64_t kMostMemory = 4ULL << 30U;  // [bytes]
+constexpr std::uint64_t kLeastSeconds = 20;         // of CPU time, whatever the file's size
+constexpr std::uint64_t kSlowestReading =
+    1'000'000;  // [bytes/s]; a text file that is parsed slowly makes 10 times that
+
+ChildLimits limits_for(const fs::path& path) {
+  return {kLeastSeconds + fs::file_size(path) / kSlowestReading, kMostMemory};
 }
 
-/// Right-handed rotation that takes the file's up axis (0 x, 1 y, 2 z; sign +-1) to Z.
-Eigen::Quaterniond z_from_up(int axis, int sign) {
-  return Eigen::Quaterniond::FromTwoVectors(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ());
+std::string import_in_child(const fs::path& path) {
+  const Reading reading = read_source(path);
+  return to_bytes(ImportRecord{convert(reading.scene), reading.companions, reading.digest});
 }
 
-bool starts_with(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
-
-std::string source_format(const aiScene& scene) {
-  aiString format;
-  if (scene.mMetaData != nullptr) scene.mMetaData->Get(AI_METADATA_SOURCE_FORMAT, format);
-  return format.C_Str();
+/// assimp crashes on some broken files, so it reads in a process of its own.
+std::string import_isolated(const fs::path& path) {
+  return run_isolated([&] { return import_in_child(path); }, limits_for(path));
 }
 
-/// FBX counts in UnitScaleFactor centimetres and says which axis is up; the other formats arrive in metres, Y up.
-Affine3d world_from_file(const aiScene& scene, const std::string& format) {
-  int up_axis = 1;
-  int up_sign = 1;
-  double metres = 1.0;
-  if (format.find("FBX") != std::string::npos && scene.mMetaData != nullptr) {
-    scene.mMetaData->Get("UpAxis", up_axis);
-    scene.mMetaData->Get("UpAxisSign", up_sign);
-    float factor = 1.0F;
-    scene.mMetaData->Get("UnitScaleFactor", factor);
-    if (std::isfinite(factor) && factor > 0.0F) metres = 0.01 * factor;
+/// Of all that decides what is read: the file, its name's ending, which tells readers the format, and the reader; the
+/// cache adds this program.
+cache::Digest cache_key(const fs::path& path, const cache::Digest& file) {
+  const std::string ending = path.extension().string();
+  return cache::Digester().add(file).add(reader_version()).add("\n").add(ending).value();
+}
+
+fs::path folder_of(const fs::path& path) { return fs::absolute(path).parent_path(); }
+
+bool are_unchanged(const std::vector<Companion>& companions, const fs::path& folder) {
+  for (const Companion& companion : companions) {
+    if (!is_unchanged(companion, folder)) return false;
   }
-  if (up_axis < 0 || up_axis > 2) up_axis = 1;
-  return Affine3d(z_from_up(up_axis, up_sign < 0 ? -1 : 1) * Eigen::Scaling(metres));
+  return true;
 }
 
-/// The node tree, depth first; `indices` finds the first node of a name.
-void add_nodes(const aiScene& scene, SourceScene& source, std::map<std::string, int>& indices,
-               std::map<const aiNode*, int>& index_of) {
-  std::vector<std::pair<const aiNode*, int>> pending{{scene.mRootNode, -1}};
-  while (!pending.empty()) {
-    const auto [node, parent] = pending.back();
-    pending.pop_back();
-    if (source.nodes.size() >= kMostNodes) throw std::runtime_error("it has more than a million nodes; remove some");
-    const Affine3d local = to_affine(node->mTransformation);
-    const int index = static_cast<int>(source.nodes.size());
-    source.nodes.push_back(
-        {node->mName.C_Str(), parent, parent < 0 ? local : source.nodes[parent].pose * local, node->mNumMeshes > 0});
-    indices.try_emplace(source.nodes.back().name, index);
-    index_of[node] = index;
-    for (unsigned child = node->mNumChildren; child-- > 0;) pending.emplace_back(node->mChildren[child], index);
-  }
+/// The rig in the cache, if the files beside the character's are as they were.
+std::optional<Rig> find_rig(const fs::path& path, const cache::DiskCache& cache) try {
+  const auto digest = cache::digest_of_file(path);
+  if (!digest) return std::nullopt;
+  const auto bytes = cache.find(kCacheKind, cache_key(path, *digest));
+  if (!bytes) return std::nullopt;
+  ImportRecord record = from_bytes(*bytes);
+  if (!are_unchanged(record.companions, folder_of(path))) return std::nullopt;
+  return std::move(record.rig);
+} catch (const std::exception&) {
+  return std::nullopt;
 }
 
-Eigen::Vector3d base_color(const aiScene& scene, const aiMesh& mesh) {
-  aiColor4D color(0.8F, 0.8F, 0.8F, 1.0F);
-  const aiMaterial& material = *scene.mMaterials[mesh.mMaterialIndex];
-  if (material.Get(AI_MATKEY_BASE_COLOR, color) != AI_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
-  const Eigen::Vector3d rgb(color.r, color.g, color.b);
-  return rgb.allFinite() ? Eigen::Vector3d(rgb.cwiseMax(0.0).cwiseMin(1.0)) : Eigen::Vector3d::Constant(0.8);
-}
-
-void add_joints(const aiMesh& mesh, const std::map<std::string, int>& indices, SourceMesh& source) {
-  for (unsigned b = 0; b < mesh.mNumBones; ++b) {
-    const aiBone& bone = *mesh.mBones[b];
-    const auto node = indices.find(bone.mName.C_Str());
-    if (node == indices.end()) {
-      throw std::runtime_error("mesh '" + source.name + "' is bound to bone '" + bone.mName.C_Str() +
-                               "', which the file does not have; export the skeleton with the mesh");
-    }
-    SourceJoint joint;
-    joint.node = node->second;
-    joint.offset = to_affine(bone.mOffsetMatrix);
-    for (unsigned w = 0; w < bone.mNumWeights; ++w) {
-      const aiVertexWeight& weight = bone.mWeights[w];
-      if (weight.mVertexId >= mesh.mNumVertices) {
-        throw std::runtime_error("mesh '" + source.name +
-                                 "' has a weight on a vertex that does not exist; export it again");
-      }
-      joint.weights.push_back({static_cast<int>(weight.mVertexId), weight.mWeight});
-    }
-    source.joints.push_back(std::move(joint));
-  }
-}
-
-void add_triangles(const aiMesh& mesh, SourceMesh& source) {
-  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-    const aiFace& face = mesh.mFaces[f];
-    if (face.mNumIndices != 3) continue;  // points and lines
-    const unsigned* corner = face.mIndices;
-    if (corner[0] >= mesh.mNumVertices || corner[1] >= mesh.mNumVertices || corner[2] >= mesh.mNumVertices) {
-      throw std::runtime_error("mesh '" + source.name +
-                               "' has a face on a vertex that does not exist; export it again");
-    }
-    source.triangles.emplace_back(static_cast<int>(corner[0]), static_cast<int>(corner[1]),
-                                  static_cast<int>(corner[2]));
-  }
-}
-
-SourceMesh make_mesh(const aiScene& scene, const aiMesh& mesh, int node, const std::map<std::string, int>& indices) {
-  SourceMesh source;
-  source.name = mesh.mName.C_Str();
-  source.node = node;
-  source.color = base_color(scene, mesh);
-  source.vertices.reserve(mesh.mNumVertices);
-  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-    source.vertices.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
-  }
-  add_triangles(mesh, source);
-  add_joints(mesh, indices, source);
-  return source;
-}
-
-SourceScene to_source(const aiScene& scene) {
-  SourceScene source;
-  const std::string format = source_format(scene);
-  source.world_from_file = world_from_file(scene, format);
-  source.skin_replaces_node = starts_with(format, "glTF");
-  std::map<std::string, int> indices;
-  std::map<const aiNode*, int> index_of;
-  add_nodes(scene, source, indices, index_of);
-  std::size_t vertices = 0;
-  for (const auto& [node, index] : index_of) {
-    for (unsigned m = 0; m < node->mNumMeshes; ++m) vertices += scene.mMeshes[node->mMeshes[m]]->mNumVertices;
-  }
-  if (vertices > kMostVertices) throw std::runtime_error("it has more than 20 million vertices; reduce its meshes");
-  std::vector<const aiNode*> nodes(source.nodes.size());
-  for (const auto& [node, index] : index_of) nodes[index] = node;
-  for (int index = 0; index < static_cast<int>(nodes.size()); ++index) {
-    for (unsigned m = 0; m < nodes[index]->mNumMeshes; ++m) {
-      source.meshes.push_back(make_mesh(scene, *scene.mMeshes[nodes[index]->mMeshes[m]], index, indices));
-    }
-  }
-  return source;
-}
-
-/// assimp's own message, apart from the one that it has for all files that no reader recognises.
-std::string refusal(const std::string& message) {
-  if (starts_with(message, "No suitable reader")) {
-    return "it is broken, or not a format that is known; export it again as .glb";
-  }
-  return message + "; export it again";
-}
-
-Rig read(const std::filesystem::path& path) {
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_REMOVE_EMPTY_BONES, false);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType);
-  if (scene == nullptr) throw std::runtime_error(refusal(importer.GetErrorString()));
-  if (scene->mRootNode == nullptr) throw std::runtime_error("it has no scene; export it with its mesh and skeleton");
-  return convert(to_source(*scene));
-}
-
-/// One line, whatever a library put into its message.
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
-  }
-  return text;
+Rig import_and_store(const fs::path& path, const cache::DiskCache& cache) {
+  const std::string bytes = import_isolated(path);
+  ImportRecord record = from_bytes(bytes);
+  if (record.digest) cache.store(kCacheKind, cache_key(path, *record.digest), bytes);
+  return std::move(record.rig);
 }
 
 }  // namespace
 
-Rig import_rig(const std::filesystem::path& path) {
+Rig import_rig(const fs::path& path, const cache::DiskCache& cache) {
   check_file(path);
   try {
-    // assimp crashes on some broken files, so it reads in a process of its own.
-    Rig rig = from_bytes(run_isolated([&] { return to_bytes(read(path)); }));
-    rig.name = path.stem().string();
-    rig.source_file = path.filename().string();
+    std::optional<Rig> found = find_rig(path, cache);
+    Rig rig = found ? *std::move(found) : import_and_store(path, cache);
+    rig.name = one_line(path.stem().string());
+    rig.source_file = one_line(path.filename().string());
     return rig;
   } catch (const std::exception& error) {
     throw ImportError("character " + path.string() + ": " + one_line(error.what()));

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -16,8 +17,13 @@
 namespace layfigure::character {
 namespace {
 
-constexpr rlim_t kMostSeconds = 300;  // the largest character that is allowed takes a tenth
-constexpr int kFailed = 3;            // exit status of a child whose work threw
+constexpr int kFailed = 3;  // exit status of a child whose work threw
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryCanBeLimited = false;
+#else
+constexpr bool kMemoryCanBeLimited = true;
+#endif
 
 [[noreturn]] void fail(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
@@ -42,9 +48,13 @@ std::string read_all(int pipe) {
   }
 }
 
+/// Lowers a limit; one that is lower already stays.
 void limit(int resource, rlim_t most) {
-  const rlimit limits{most, most};
-  ::setrlimit(static_cast<__rlimit_resource>(resource), &limits);
+  const auto which = static_cast<__rlimit_resource>(resource);
+  rlimit limits{};
+  ::getrlimit(which, &limits);
+  limits.rlim_cur = limits.rlim_max = std::min(most, limits.rlim_max);
+  ::setrlimit(which, &limits);
 }
 
 /// What a crashing library says on its way out is no message for users.
@@ -54,11 +64,12 @@ void silence() {
   ::dup2(nothing, STDERR_FILENO);
 }
 
-[[noreturn]] void run_child(int pipe, const std::function<std::string()>& work) {
+[[noreturn]] void run_child(int pipe, const std::function<std::string()>& work, const ChildLimits& limits) {
   limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, kMostSeconds);
+  limit(RLIMIT_CPU, limits.seconds);
+  if (kMemoryCanBeLimited) limit(RLIMIT_AS, limits.memory);
   silence();
-  for (const int signal : {SIGINT, SIGTERM, SIGABRT, SIGSEGV}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM, SIGABRT, SIGSEGV, SIGXCPU}) std::signal(signal, SIG_DFL);
   int status = 0;
   std::string result;
   try {
@@ -87,7 +98,7 @@ int wait_for(pid_t child) {
 
 }  // namespace
 
-std::string run_isolated(const std::function<std::string()>& work) {
+std::string run_isolated(const std::function<std::string()>& work, const ChildLimits& limits) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) fail("pipe");
   const pid_t child = ::fork();
@@ -96,7 +107,7 @@ std::string run_isolated(const std::function<std::string()>& work) {
     ::close(ends[1]);
     fail("fork");
   }
-  if (child == 0) run_child(ends[1], work);
+  if (child == 0) run_child(ends[1], work, limits);
   ::close(ends[1]);
   std::string result = read_all(ends[0]);
   ::close(ends[0]);
@@ -104,8 +115,9 @@ std::string run_isolated(const std::function<std::string()>& work) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return result;
   if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw std::runtime_error(result);
   const bool slow = WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
-  throw std::runtime_error(slow ? "it is too large: the import was stopped; reduce its meshes"
-                                : "it is broken in a way that crashes its reader; export it again");
+  throw std::runtime_error(
+      slow ? "it is too large: the import was stopped; reduce its meshes"
+           : "it crashes its reader: it is broken, or holds what that does not know; export it again");
 }
 
 }  // namespace layfigure::character

@@ -2,9 +2,11 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <map>
+#include <bit>
+#include <cstdint>
 #include <numeric>
 #include <tuple>
+#include <unordered_set>
 
 namespace layfigure::character {
 namespace {
@@ -62,6 +64,36 @@ void add_influences(const SourceMesh& source, const Skeleton& skeleton, SkinnedM
   }
 }
 
+/// Of a vertex' position and influences. -0 and 0 are equal, so they have one hash.
+struct VertexHash {
+  const SkinnedMesh& mesh;
+
+  std::size_t operator()(int vertex) const {
+    std::uint64_t hash = 0;
+    const auto mix = [&](std::uint64_t value) {
+      hash = (hash ^ value) * 0x9E3779B97F4A7C15ULL;  // Fibonacci hashing, and the high bits brought down
+      hash ^= hash >> 32U;
+    };
+    for (const double x : mesh.vertices[vertex]) mix(std::bit_cast<std::uint64_t>(x + 0.0));
+    for (const Influence& i : mesh.influences[vertex]) {
+      mix(static_cast<std::uint64_t>(i.bone));
+      mix(std::bit_cast<std::uint64_t>(i.weight));
+    }
+    return hash;
+  }
+};
+
+struct VertexEqual {
+  const SkinnedMesh& mesh;
+
+  bool operator()(int a, int b) const {
+    const auto same = [](const Influence& i, const Influence& j) { return i.bone == j.bone && i.weight == j.weight; };
+    return mesh.vertices[a] == mesh.vertices[b] &&
+           std::equal(mesh.influences[a].begin(), mesh.influences[a].end(), mesh.influences[b].begin(),
+                      mesh.influences[b].end(), same);
+  }
+};
+
 SkinnedMesh make_mesh(const SourceMesh& source, const Eigen::Affine3d& X_WM, const Skeleton& skeleton,
                       std::vector<std::string>& warnings) {
   SkinnedMesh mesh;
@@ -116,20 +148,16 @@ std::vector<SkinnedMesh> make_meshes(const SourceScene& scene, const Skeleton& s
 }
 
 void weld(SkinnedMesh& mesh) {
-  using Key = std::tuple<double, double, double, std::vector<std::pair<int, double>>>;
-  std::map<Key, int> known;
+  // The vertices kept so far are the first ones of the mesh; the next candidate is put behind them and looked up there.
+  std::unordered_set<int, VertexHash, VertexEqual> known(mesh.vertices.size(), VertexHash{mesh}, VertexEqual{mesh});
   std::vector<int> joined(mesh.vertices.size());
   int kept = 0;
   for (std::size_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
-    const Eigen::Vector3d point = mesh.vertices[vertex];
-    std::vector<std::pair<int, double>> weights;
-    for (const Influence& i : mesh.influences[vertex]) weights.emplace_back(i.bone, i.weight);
-    const auto [entry, is_new] = known.try_emplace({point.x(), point.y(), point.z(), std::move(weights)}, kept);
-    joined[vertex] = entry->second;
-    if (!is_new) continue;
-    mesh.vertices[kept] = point;
+    std::swap(mesh.vertices[kept], mesh.vertices[vertex]);
     std::swap(mesh.influences[kept], mesh.influences[vertex]);
-    ++kept;
+    const auto [entry, is_new] = known.insert(kept);
+    joined[vertex] = *entry;
+    if (is_new) ++kept;
   }
   mesh.vertices.resize(kept);
   mesh.influences.resize(kept);

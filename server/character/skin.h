@@ -14,7 +14,7 @@ namespace layfigure::character {
                                                    std::vector<std::string>& warnings);
 
 /// Joins vertices that have the same position and the same influences, bit for bit, and drops the triangles that this
-/// leaves without area. O(n log n).
+/// leaves without area. O(n).
 void weld(SkinnedMesh& mesh);
 
 /// Six times the signed volume, summed over the triangles about `reference`: positive if they face outwards.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-/// What a character's file says, as plain data: between the format's library (import.cpp) and the conversion.
+/// What a character's file says, as plain data: between the format's library (source_reader.h) and the conversion.
 namespace layfigure::character {
 
 struct SourceNode {
@@ -38,8 +38,11 @@ struct SourceMesh {
 struct SourceScene {
   std::vector<SourceNode> nodes;  ///< parents before children
   std::vector<SourceMesh> meshes;
-  Eigen::Affine3d world_from_file{Eigen::Affine3d::Identity()};  ///< axes and units
+  Eigen::Affine3d world_from_file{Eigen::Affine3d::Identity()};  ///< axes and unit
+  double metres_per_unit{1.0};     ///< the file's or the format's unit, in world_from_file
+  bool unit_is_stated{false};      ///< by the file or the format; else it is usual there
   bool skin_replaces_node{false};  ///< glTF's rule: a skinned mesh is placed by its joints, not by its own node
+  std::vector<std::string> warnings;
 };
 
 }  // namespace layfigure::character

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "layfigure/app/options.h"
+#include "layfigure/doll/doll.h"
+
+namespace layfigure::app {
+
+/// The doll that the options name, from the user's cache where it was made before. Shows its progress on stderr if that
+/// is a terminal. Throws what import_rig(), load_settings() and build_doll() throw. Before there are other threads.
+[[nodiscard]] doll::Doll load_doll(const Options& options);
+
+}  // namespace layfigure::app

@@ -1,0 +1,131 @@
+// libFuzzer's target: the bytes become a scene as a format's reader may deliver it, and the scene a rig.
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+
+#include "convert.h"
+#include "rig_bytes.h"
+
+namespace {
+
+using namespace layfigure::character;
+
+/// Takes numbers from the fuzzer's bytes; 0 when they are used up.
+class Bytes {
+ public:
+  explicit Bytes(std::string_view bytes) : bytes_(bytes) {}
+
+  template <class T>
+  T take() {
+    T value{};
+    const std::size_t count = std::min(sizeof value, bytes_.size());
+    std::memcpy(&value, bytes_.data(), count);
+    bytes_.remove_prefix(count);
+    return value;
+  }
+  /// In [0, count), count > 0.
+  int index(int count) { return take<std::uint8_t>() % count; }
+  /// Mostly small and whole; now and then any float at all.
+  double number() {
+    const auto kind = take<std::int8_t>();
+    return kind == INT8_MIN ? static_cast<double>(take<float>()) : kind / 16.0;
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+Eigen::Affine3d take_pose(Bytes& bytes) {
+  Eigen::Affine3d pose = Eigen::Affine3d::Identity();
+  const std::uint8_t parts = bytes.take<std::uint8_t>();
+  if ((parts & 1U) != 0U) pose.translation() << bytes.number(), bytes.number(), bytes.number();
+  if ((parts & 2U) != 0U) {
+    for (double& entry : pose.linear().reshaped()) entry = bytes.number();
+  }
+  return pose;
+}
+
+SourceMesh take_mesh(Bytes& bytes, int nodes) {
+  SourceMesh mesh;
+  mesh.name = std::string(1, static_cast<char>('a' + bytes.index(4)));
+  mesh.node = bytes.index(nodes);
+  const int vertices = 1 + bytes.index(12);
+  for (int v = 0; v < vertices; ++v) mesh.vertices.emplace_back(bytes.number(), bytes.number(), bytes.number());
+  for (int t = bytes.index(12); t > 0; --t) {
+    mesh.triangles.emplace_back(bytes.index(vertices), bytes.index(vertices), bytes.index(vertices));
+  }
+  for (int j = bytes.index(5); j > 0; --j) {
+    SourceJoint joint;
+    joint.node = bytes.index(nodes);
+    joint.offset = take_pose(bytes);
+    for (int w = bytes.index(8); w > 0; --w) joint.weights.push_back({bytes.index(vertices), bytes.number()});
+    mesh.joints.push_back(std::move(joint));
+  }
+  return mesh;
+}
+
+SourceScene take_scene(Bytes& bytes) {
+  SourceScene scene;
+  const int nodes = 1 + bytes.index(10);
+  for (int n = 0; n < nodes; ++n) {
+    SourceNode node;
+    node.name = std::string(static_cast<std::size_t>(bytes.index(2)), static_cast<char>('a' + bytes.index(4)));
+    if (bytes.index(8) == 0) node.name += "_$AssimpFbx$_Rotation";
+    node.parent = n == 0 ? -1 : bytes.index(n);
+    const Eigen::Affine3d local = take_pose(bytes);
+    node.pose = n == 0 ? local : scene.nodes[node.parent].pose * local;
+    scene.nodes.push_back(std::move(node));
+  }
+  for (int m = bytes.index(4); m > 0; --m) {
+    scene.meshes.push_back(take_mesh(bytes, nodes));
+    scene.nodes[scene.meshes.back().node].has_object = true;
+  }
+  scene.world_from_file = take_pose(bytes);
+  scene.metres_per_unit = bytes.index(2) == 0 ? 1.0 : 0.01;
+  scene.unit_is_stated = bytes.index(2) == 0;
+  scene.skin_replaces_node = bytes.index(2) == 0;
+  return scene;
+}
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// What import_rig() promises of every rig.
+void check(const Rig& rig) {
+  require(!rig.bones.empty() && !rig.meshes.empty());
+  for (std::size_t b = 0; b < rig.bones.size(); ++b) {
+    const Bone& bone = rig.bones[b];
+    require(bone.parent == -1 ? b == 0 : bone.parent >= 0 && bone.parent < static_cast<int>(b));
+    require(!bone.name.empty() && bone.bind.matrix().allFinite() && bone.rest.matrix().allFinite());
+    require((bone.bind.linear().transpose() * bone.bind.linear()).isIdentity(1e-9));
+  }
+  for (const SkinnedMesh& mesh : rig.meshes) {
+    require(!mesh.name.empty() && mesh.influences.size() == mesh.vertices.size());
+    for (const auto& vertex : mesh.vertices) require(vertex.allFinite());
+    for (const auto& list : mesh.influences) {
+      double total = 0.0;
+      for (const Influence& influence : list) total += influence.weight;
+      require(!list.empty() && std::abs(total - 1.0) < 1e-12);
+    }
+  }
+  const std::string bytes = to_bytes({rig, {}, {}});
+  require(to_bytes(from_bytes(bytes)) == bytes);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Bytes bytes({reinterpret_cast<const char*>(data), size});
+  const SourceScene scene = take_scene(bytes);
+  Rig rig;
+  try {
+    rig = convert(scene);
+  } catch (const std::runtime_error&) {
+    return 0;
+  }
+  check(rig);
+  return 0;
+}
