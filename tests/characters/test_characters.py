@@ -48,7 +48,7 @@ CHARACTERS = [
     Character("glTF2/simple_skin/simple_skin.gltf", 2, 2, (1.0, 0.0, 2.0)),
     Character("FBX/animation_with_skeleton.fbx", 17, 12, (71.211, 1.833, 1.833), "face inwards"),
     Character("FBX/huesitos.fbx", 11, 8, (5.358, 3.215, 5.438)),
-    Character("X/BCN_Epileptic.X", 54, 52, (0.586, 0.378, 1.814)),
+    Character("X/BCN_Epileptic.X", 54, 48, (0.586, 0.378, 1.814)),
     Character("X/Testwuson.X", 38, 37, (0.920, 3.244, 1.516)),
     Character("X/anim_test.x", 4, 3, (2.0, 2.0, 10.0), "'joint3' of mesh 'pCylinder1' is not in the skeleton"),
     Character("X/test_cube_binary.x", 1, 1, (2.0, 2.0, 2.0)),
@@ -67,7 +67,7 @@ CHARACTERS = [
 RIGS = [
     Character("mixamo", 52, 50, (0.993, 0.423, 1.666)),
     Character("game_engine", 53, 52, (0.993, 0.423, 1.666)),
-    Character("default", 163, 117, (0.993, 0.423, 1.666)),
+    Character("default", 163, 68, (0.993, 0.423, 1.666)),
 ]
 
 REFUSED = {
