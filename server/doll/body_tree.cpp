@@ -103,7 +103,7 @@ class Decision {
 
   void merge_chosen_and_named(const std::vector<BoneName>& names);
   void merge_small();
-  [[nodiscard]] int body_above(int b) const;
+  [[nodiscard]] int way_to(int host, int b) const;
 
   const std::vector<Bone>& bones_;
   const Surface& surface_;
@@ -126,7 +126,7 @@ void Decision::merge_chosen_and_named(const std::vector<BoneName>& names) {
     } else if (choice(b) == MergeChoice::kMerge) {
       merge(b, bones_[b].parent, BoneReason::kMergeChosen);
     } else if (choice(b) == MergeChoice::kAutomatic && named[b]) {
-      merge(b, named[b]->host, named[b]->reason);
+      merge(b, way_to(named[b]->host, b), named[b]->reason);
     }
   }
   for (int b = 0; b < count(); ++b) {
@@ -161,9 +161,11 @@ void Decision::merge_small() {
   }
 }
 
-/// `b` itself, or the nearest body that it is merged with or hangs on; -1: none.
-int Decision::body_above(int b) const {
-  while (b >= 0 && !is_body(b)) b = hosts_[b] >= 0 ? hosts_[b] : bones_[b].parent;
+/// The host, or the first bone with skin on the way to it: nothing but the nearest body above may carry a bone, as its
+/// distance from its parent would change beside any other.
+int Decision::way_to(int host, int b) const {
+  do b = bones_[b].parent;
+  while (b >= 0 && b != host && skins_[b].empty());
   return b;
 }
 
@@ -174,7 +176,8 @@ std::vector<int> Decision::carriers() const {
   for (int b = 0; b < count(); ++b) {
     const int parent = bones_[b].parent;
     root[b] = parent < 0 ? b : root[parent];
-    carrier[b] = body_above(b);
+    const int inherited = parent < 0 ? -1 : carrier[parent];
+    carrier[b] = is_body(b) ? b : inherited;
     int& best = root_carrier[root[b]];
     const bool topmost = is_body(b) && (parent < 0 || carrier[parent] < 0);
     if (topmost && (best < 0 || areas_[b] > areas_[best])) best = b;

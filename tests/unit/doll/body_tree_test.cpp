@@ -131,10 +131,11 @@ TEST(BodyTree, TwistHelper_IsMergedIntoItsLimb) {
   const int forearm = bone_called(rig, "LeftForeArm");
   test::add_limb(rig, "LeftForeArmTwist", forearm, {0.6, 0, 1.45}, {0.69, 0, 1.45}, 0.04);
   const int arm = bone_called(rig, "LeftArm");
-  test::add_limb(rig, "lowerarm_twist_01_l", arm, {0.5, 0, 1.45}, {0.59, 0, 1.45}, 0.04);  // beside its limb
+  // Beside its limb: that could not carry it at a constant distance from its parent.
+  test::add_limb(rig, "lowerarm_twist_01_l", arm, {0.5, 0, 1.45}, {0.59, 0, 1.45}, 0.04);
   const BodyTree tree = tree_of(rig);
   EXPECT_EQ(carrier_of(rig, tree, "LeftForeArmTwist"), "LeftForeArm");
-  EXPECT_EQ(carrier_of(rig, tree, "lowerarm_twist_01_l"), "LeftForeArm");
+  EXPECT_EQ(carrier_of(rig, tree, "lowerarm_twist_01_l"), "LeftArm");
   EXPECT_EQ(reason_of(rig, tree, "lowerarm_twist_01_l"), BoneReason::kTwistHelper);
 }
 
@@ -177,6 +178,20 @@ TEST(BodyTree, LegsOfASpider_KeepTheirJoints) {
   EXPECT_EQ(tree_of(rig).bone_of_body.size(), 4U);
 }
 
+TEST(BodyTree, EveryBone_IsCarriedByItsOwnBodyOrAsItsParentIs) {
+  Rig rig = test::make_person();
+  const int head = bone_called(rig, "Head");
+  const int jaw = test::add_limb(rig, "jaw", head, {0, -0.02, 1.63}, {0, -0.1, 1.6}, 0.03);
+  test::add_limb(rig, "tongue01", jaw, {0, -0.04, 1.64}, {0, -0.08, 1.64}, 0.015);
+  test::add_limb(rig, "lowerarm_twist_01_l", bone_called(rig, "LeftArm"), {0.5, 0, 1.45}, {0.59, 0, 1.45}, 0.04);
+  const BodyTree tree = tree_of(rig);
+  for (std::size_t b = 0; b < rig.bones.size(); ++b) {
+    const int body = tree.carrier_of_bone[b];
+    if (tree.bone_of_body[body] == static_cast<int>(b)) continue;
+    EXPECT_EQ(body, tree.carrier_of_bone[rig.bones[b].parent]) << rig.bones[b].name;
+  }
+}
+
 TEST(BodyTree, MetacarpalsAndHalvesOfTheHips_AreMerged) {
   Rig rig = test::make_person();
   test::add_limb(rig, "metacarpal1.L", bone_called(rig, "LeftHand"), {0.7, -0.03, 1.45}, {0.78, -0.03, 1.45}, 0.01);
@@ -195,10 +210,11 @@ TEST(BodyTree, FaceBones_AreMergedIntoTheHeadButTheJawIsABody) {
   test::add_limb(rig, "eye.R", head, {-0.03, -0.07, 1.72}, {-0.03, -0.09, 1.72}, 0.012);
   test::add_limb(rig, "ponytail", head, {0, 0.1, 1.7}, {0, 0.15, 1.4}, 0.03);
   const BodyTree tree = tree_of(rig);
-  for (const char* name : {"tongue01", "brow.T.L", "eye.R"}) {
+  for (const char* name : {"brow.T.L", "eye.R"}) {
     EXPECT_EQ(carrier_of(rig, tree, name), "Head");
     EXPECT_EQ(reason_of(rig, tree, name), BoneReason::kFace);
   }
+  EXPECT_EQ(carrier_of(rig, tree, "tongue01"), "jaw");
   EXPECT_EQ(reason_of(rig, tree, "jaw"), BoneReason::kOwnSkin);
   EXPECT_EQ(reason_of(rig, tree, "ponytail"), BoneReason::kOwnSkin);
 }

@@ -9,12 +9,13 @@ namespace layfigure::doll {
 /// Makes a doll of a rig.
 ///
 /// Bodies. Each triangle belongs to the bone that weighs most on its corners. By the bones' names (bone_names.h) the
-/// skin of some goes to another one:
-/// - a twist or roll helper's to the limb that it is called after, the nearest above it or beside it,
+/// skin of some goes to another one above them:
+/// - a twist or roll helper's to the limb that it is called after, or that it hangs on beside it,
 /// - that of a further bone of an undivided limb (upperarm02, upper_arm.L.001), if it lies in line with the first and
-/// the
-///   next limb follows it, to the bone above; a metacarpal's to the hand; a half of the hips' to what it hangs on,
-/// - that of eyes, lids, brows, lips, cheeks, nose, tongue and teeth to the head; a jaw is a bone like others.
+///   the next limb follows it, to the bone above; a metacarpal's to the hand; a half of the hips' to what it hangs on,
+/// - that of eyes, lids, brows, lips, cheeks, nose, tongue and teeth to the head, or to the jaw if they hang on it; a
+///   jaw is a bone like others.
+/// So a bone is carried by its own body or as its parent is, and its distance from its parent never changes.
 /// A bone that then has at least 4 triangles, 1e-4 of the skin's area, 1e-5 of its volume and reaches 0.5 % of the
 /// character's largest extent from its joint is a body. A smaller one is merged into its parent, from the tips inwards.
 /// Bones without skin (IK, poles, controls, ends) ride on the nearest body above, and those above every body on the one
