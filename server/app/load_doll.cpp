@@ -1,5 +1,6 @@
 #include "layfigure/app/load_doll.h"
 
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <stdexcept>
@@ -10,10 +11,21 @@
 #include "layfigure/doll/settings.h"
 
 namespace layfigure::app {
+namespace {
+
+doll::DollSettings find_settings(const Options& options) {
+  if (options.doll_settings) return doll::load_settings(*options.doll_settings);
+  const std::filesystem::path beside = doll::settings_path_beside(options.character);
+  std::error_code unreadable;
+  if (!std::filesystem::exists(beside, unreadable)) return {};
+  spdlog::info("using the settings beside the character: {}", beside.string());
+  return doll::load_settings(beside);
+}
+
+}  // namespace
 
 doll::Doll load_doll(const Options& options) {
-  const doll::DollSettings settings =
-      options.doll_settings ? doll::load_settings(*options.doll_settings) : doll::DollSettings{};
+  const doll::DollSettings settings = find_settings(options);
   const cache::DiskCache cache = cache::DiskCache::of_user();
   LoadProgress progress(STDERR_FILENO);
   progress.stage("reading " + options.character.filename().string());

@@ -8,10 +8,10 @@
 #include <iostream>
 #include <thread>
 
+#include "layfigure/app/inspect_doll.h"
 #include "layfigure/app/load_doll.h"
 #include "layfigure/app/options.h"
 #include "layfigure/app/server.h"
-#include "layfigure/doll/inspect.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ std::jthread signal_watch(const sigset_t& signals, app::Server& server) {
 void run(const app::Options& options) {
   doll::Doll doll = app::load_doll(options);
   if (options.inspect) {
-    std::cout << (options.json ? doll::inspect_json(doll) : doll::inspect_text(doll)) << std::flush;
+    app::inspect_doll(doll, options, std::cout);
     return;
   }
   const std::size_t remarks = doll.warnings.size();

@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "layfigure/doll/settings.h"
 #include "layfigure/messaging/bus.h"
 #include "layfigure/messaging/protocol.h"
 
@@ -23,6 +24,7 @@ Examples:
   layfigure-server doll.glb --broker 7700                  for clients with --lcm-url tcpq://127.0.0.1:7700
   layfigure-server doll.glb --broker 0 --clock lockstep    for scripts: time advances by step commands only
   layfigure-server --inspect doll.glb --json               what doll would be built, then exit
+  layfigure-server --inspect doll.glb --write-settings     the same to doll.doll.toml, to be edited: it is then used
 
 Exit codes: 0 done, 1 failed, 2 wrong usage.)";
 
@@ -68,6 +70,14 @@ CLI::Validator channel_prefix() {
       "");
 }
 
+CLI::Validator settings_file() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text.ends_with(".toml") ? "" : "'" + text + "' is no settings file: its name ends in .toml";
+      },
+      "");
+}
+
 CLI::Validator lcm_url() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
@@ -106,13 +116,27 @@ void add_bus_options(CLI::App& app, Options& options) {
       ->type_name("S");
 }
 
+void add_inspect_options(CLI::App& app, Options& options, std::filesystem::path& settings_target) {
+  CLI::Option* inspect = app.add_flag("--inspect", options.inspect, "print what doll would be built, and exit");
+  CLI::Option* json = app.add_flag("--json", options.json, "with --inspect: as JSON")->needs(inspect);
+  app.add_flag("--geometry", options.geometry, "with --json: with the skin by bodies, sections and ellipsoids")
+      ->needs(json);
+  CLI::Option* write =
+      app.add_option("--write-settings", settings_target,
+                     "with --inspect: every value of the doll as settings, to FILE [CHARACTER.doll.toml]")
+          ->expected(0, 1)
+          ->check(settings_file())
+          ->type_name("[FILE.toml]")
+          ->needs(inspect);
+  app.add_flag("--force", options.force, "with --write-settings: replace a file that is there")->needs(write);
+}
+
 void add_character_options(CLI::App& app, Options& options) {
   app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")
       ->required()
       ->type_name("FILE");
-  app.add_option("--doll", options.doll_settings, "how to make a doll of it")->type_name("SETTINGS.toml");
-  CLI::Option* inspect = app.add_flag("--inspect", options.inspect, "print what doll would be built, and exit");
-  app.add_flag("--json", options.json, "with --inspect: as JSON")->needs(inspect);
+  app.add_option("--doll", options.doll_settings, "how to make a doll of it [CHARACTER.doll.toml, if there is one]")
+      ->type_name("SETTINGS.toml");
 }
 
 void check_together(const Options& options) {
@@ -137,7 +161,9 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   app.set_version_flag("--version", "layfigure-server " LAYFIGURE_VERSION);
   Options options;
   std::string clock = "realtime";
+  std::filesystem::path settings_target;
   add_character_options(app, options);
+  add_inspect_options(app, options, settings_target);
   add_simulation_options(app, options, clock);
   add_bus_options(app, options);
   try {
@@ -148,6 +174,9 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     std::cerr << "layfigure-server: " << error.what() << " (see --help)\n";
     return {std::nullopt, kExitUsage};
+  }
+  if (app.count("--write-settings") > 0) {
+    options.write_settings = settings_target.empty() ? doll::settings_path_beside(options.character) : settings_target;
   }
   options.server.simulation.clock = clock == "lockstep" ? ClockKind::kLockstep : ClockKind::kRealtime;
   if (options.server.lcm_url.empty()) options.server.lcm_url = messaging::default_bus_url();

@@ -118,7 +118,7 @@ void Decision::merge_chosen_and_named(const std::vector<BoneName>& names) {
   const auto named = merges_by_name(bones_, names);
   for (int b = 0; b < count(); ++b) {
     if (choice(b) == MergeChoice::kMerge && bones_[b].parent < 0) {
-      throw std::invalid_argument("bone '" + bones_[b].name + "' has no parent that it could be merged with");
+      throw UnmetChoice(b, "bone '" + bones_[b].name + "' has no parent that it could be merged with");
     }
     if (skins_[b].empty()) {
       const bool control = names[b].use == BoneUse::kControl;
@@ -147,7 +147,7 @@ void Decision::merge_small() {
     const bool chosen = choice(b) == MergeChoice::kBody;
     const bool has_solid = static_cast<int>(skins_[b].size()) >= kLeastTriangles;
     if (chosen && !has_solid) {
-      throw std::invalid_argument("bone '" + bones_[b].name + "' cannot be a body: hardly any skin weighs upon it");
+      throw UnmetChoice(b, "bone '" + bones_[b].name + "' cannot be a body: hardly any skin weighs upon it");
     }
     if (skins_[b].empty()) continue;
     const SkinSize size = measure(skins_[b], surface_, bones_[b]);

@@ -10,6 +10,7 @@
 #include "joint_limits.h"
 #include "mass_properties.h"
 #include "mirror.h"
+#include "overrides.h"
 #include "section.h"
 #include "surface.h"
 
@@ -53,6 +54,7 @@ void add_bones(const BodyTree& tree, const std::vector<Isometry3d>& X_WA, Doll& 
     const int body = tree.carrier_of_bone[bone];
     const Isometry3d X_BA = body < 0 ? X_WA[bone] : X_WA[tree.bone_of_body[body]].inverse() * X_WA[bone];
     doll.carriers.push_back({body, X_BA});
+    doll.body_reasons.push_back({Origin::kDefault, std::string(reason_text(tree.roles[bone].reason))});
   }
 }
 
@@ -101,6 +103,12 @@ std::vector<MassProperties> make_solids(const Surface& surface, const std::vecto
     }
   }
   return solids;
+}
+
+std::vector<double> volumes_of(const std::vector<MassProperties>& solids) {
+  std::vector<double> volumes;
+  for (const MassProperties& solid : solids) volumes.push_back(solid.volume);
+  return volumes;
 }
 
 /// From the joint to the com: the direction that the section is across. If they coincide, along the bone.
@@ -157,10 +165,15 @@ std::vector<Vector3d> corners(const Surface& surface, const Part& part, const Is
 
 void add_shapes(const Surface& surface, const std::vector<Part>& parts, const BodyTree& tree, Doll& doll) {
   for (std::size_t b = 0; b < parts.size(); ++b) {
-    const Isometry3d& bind = doll.rig.bones[tree.bone_of_body[b]].bind;
-    collision::ShapeDefinition shape = make_hull(corners(surface, parts[b], bind));
-    shape.name = doll.definition.bodies[b].name;
+    const Matter& matter = doll.matter[b];
+    if (matter.shape == ShapeKind::kNone) continue;
+    const dynamics::BodyDefinition& body = doll.definition.bodies[b];
+    const std::vector<Vector3d> points = corners(surface, parts[b], doll.rig.bones[tree.bone_of_body[b]].bind);
+    const bool is_capsule = matter.shape == ShapeKind::kCapsule;
+    collision::ShapeDefinition shape = is_capsule ? make_capsule(points, body) : make_hull(points);
+    shape.name = body.name;
     shape.body = static_cast<int>(b);
+    shape.friction = matter.friction;
     doll.shapes.push_back(std::move(shape));
   }
   doll.never_touch = overlapping_at_rest(doll.definition, doll.shapes);
@@ -170,6 +183,15 @@ std::vector<BoneName> names_of(const std::vector<character::Bone>& bones) {
   std::vector<std::string> names;
   for (const character::Bone& bone : bones) names.push_back(bone.name);
   return read_bone_names(names);
+}
+
+BodyTree chosen_body_tree(const Doll& doll, const std::vector<BoneName>& names, const Surface& surface,
+                          const std::vector<int>& owner_bones, const std::vector<JointOverride>& overrides) {
+  try {
+    return make_body_tree(doll.rig.bones, names, surface, owner_bones, merge_choices(overrides));
+  } catch (const UnmetChoice& error) {
+    refuse_merge(overrides[error.bone()], doll.settings, error.what());
+  }
 }
 
 void add_limits(const std::vector<BoneName>& names, const std::vector<MassProperties>& solids, Doll& doll) {
@@ -183,28 +205,37 @@ void add_limits(const std::vector<BoneName>& names, const std::vector<MassProper
   const Mirror mirror = find_mirror(layout, doll.warnings);
   doll.mirror_of_body = mirror.mirror_of_body;
   const std::vector<dynamics::JointLimits> limits = make_joint_limits(layout, mirror, doll.warnings);
-  for (std::size_t b = 0; b < limits.size(); ++b) doll.definition.bodies[b].limits = limits[b];
+  const std::vector<std::string> why = limit_reasons(layout, mirror);
+  for (std::size_t b = 0; b < limits.size(); ++b) {
+    doll.definition.bodies[b].limits = limits[b];
+    if (layout[b].parent < 0) continue;
+    Reasons& reasons = doll.reasons[b];
+    reasons.twist = reasons.swing_y = reasons.swing_z = {Origin::kDefault, why[b]};
+  }
 }
 
 }  // namespace
 
-Doll build_doll(character::Rig rig, const DollSettings& settings, const std::vector<MergeChoice>& choices) {
+Doll build_doll(character::Rig rig, const DollSettings& settings) {
   validate(settings);
   Doll doll;
   doll.rig = std::move(rig);
+  doll.settings = settings;
   doll.definition.root = dynamics::RootKind::kFree;
+  const std::vector<JointOverride> overrides = resolve_overrides(settings, doll.rig.bones);
   Surface surface = make_surface(doll.rig);
   const std::vector<int> owner_bones = triangle_owners(surface);
   const std::vector<BoneName> names = names_of(doll.rig.bones);
-  const BodyTree tree = make_body_tree(doll.rig.bones, names, surface, owner_bones, choices);
+  const BodyTree tree = chosen_body_tree(doll, names, surface, owner_bones, overrides);
   rename_owners(surface, tree.carrier_of_bone);
 
   const std::vector<Isometry3d> X_WA = rest_poses(doll.rig.bones);
   add_bones(tree, X_WA, doll);
   const std::vector<Part> parts = skin_parts(surface, owner_bones, tree);
   const std::vector<MassProperties> solids = make_solids(surface, parts, tree, doll);
+  choose_densities(overrides, volumes_of(solids), doll);
   for (int b = 0; b < static_cast<int>(solids.size()); ++b) {
-    add_body(tree, b, X_WA, solids[b], settings.density, doll);
+    add_body(tree, b, X_WA, solids[b], doll.matter[b].density, doll);
     const Isometry3d& bind = doll.rig.bones[tree.bone_of_body[b]].bind;
     doll.sections.push_back(make_section(surface, tree, b, solids, bind));
     if (doll.sections.back().estimated) {
@@ -214,6 +245,8 @@ Doll build_doll(character::Rig rig, const DollSettings& settings, const std::vec
   }
   add_limits(names, solids, doll);
   calibrate(doll, settings);
+  apply_overrides(overrides, doll);
+  report_raised(doll);
   add_shapes(surface, parts, tree, doll);
   return doll;
 }

@@ -56,18 +56,20 @@ double largest_moment(const Matrix3d& inertia) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues()[2];
 }
 
-/// Raises `value` to `least`; true if that changed it.
-bool raise(double& value, double least) {
-  if (value >= least) return false;
+/// Raises `value` to `least`, and says why if that changed it.
+void raise(double& value, double least, const char* why, Reason& reason) {
+  if (value >= least) return;
   value = least;
-  return true;
+  reason = {Origin::kRaised, why};
 }
 
 /// Each axis by itself, so that the weakest one holds and the others are not made stronger than they need be.
-bool raise(Vector3d& values, const Vector3d& least) {
-  bool raised = false;
-  for (int k = 0; k < 3; ++k) raised = raise(values[k], least[k]) || raised;
-  return raised;
+void raise(Vector3d& values, const Vector3d& least, const char* why, Reason& reason) {
+  for (int k = 0; k < 3; ++k) raise(values[k], least[k], why, reason);
+}
+
+Reason reason_of_section(const Section& section) {
+  return section.estimated ? Reason{Origin::kEstimate, "estimated section"} : Reason{Origin::kSection, "section"};
 }
 
 void report(const std::string& what, const std::vector<std::string>& names, Doll& doll) {
@@ -98,24 +100,39 @@ std::vector<LimbLoad> limb_loads(const dynamics::ModelDefinition& definition) {
 
 void calibrate(Doll& doll, const DollSettings& settings) {
   const std::vector<LimbLoad> loads = limb_loads(doll.definition);
-  std::vector<std::string> stiffened;
-  std::vector<std::string> strengthened;
   for (std::size_t b = 0; b < loads.size(); ++b) {
     BodyDefinition& body = doll.definition.bodies[b];
     if (body.parent < 0) continue;
-    AxisLaw law = axis_law(doll.sections[b], settings);
-    const Vector3d held = Vector3d::Constant(settings.hold_margin * loads[b].weight_torque);
-    if (raise(law.yield_torque, held)) strengthened.push_back(body.name);
-    const Vector3d least_stiffness =
-        (law.yield_torque / settings.largest_strain).cwiseMax(loads[b].weight_torque / settings.largest_sag);
-    if (raise(law.stiffness, least_stiffness)) stiffened.push_back(body.name);
-    raise(law.damping, 2.0 * settings.damping_ratio * (law.stiffness * loads[b].inertia).cwiseSqrt());
-    body.joint = joint_law(law, doll.sections[b], settings);
-    raise(body.joint.flow_damping, 2.0 * body.joint.yield_torque / settings.largest_flow_rate);
+    Reasons& why = doll.reasons[b];
+    const Section& section = doll.sections[b];
+    why.stiffness = why.damping = why.flow_damping = why.yield_torque = reason_of_section(section);
+    if (settings.hardening > 0.0) why.hardening = reason_of_section(section);
+    AxisLaw law = axis_law(section, settings);
+    raise(law.yield_torque, Vector3d::Constant(settings.hold_margin * loads[b].weight_torque),
+          "raised to hold the limb's weight", why.yield_torque);
+    raise(law.stiffness, Vector3d::Constant(loads[b].weight_torque / settings.largest_sag),
+          "raised to bear the limb's weight", why.stiffness);
+    raise(law.stiffness, law.yield_torque / settings.largest_strain, "raised to yield in time", why.stiffness);
+    raise(law.damping, 2.0 * settings.damping_ratio * (law.stiffness * loads[b].inertia).cwiseSqrt(),
+          "raised to damp the limb", why.damping);
+    body.joint = joint_law(law, section, settings);
+    raise(body.joint.flow_damping, 2.0 * body.joint.yield_torque / settings.largest_flow_rate, "raised to flow slowly",
+          why.flow_damping);
+  }
+  pin_root(doll, make_limbs(doll.definition).front());
+}
+
+void report_raised(Doll& doll) {
+  std::vector<std::string> strengthened;
+  std::vector<std::string> stiffened;
+  for (std::size_t b = 0; b < doll.reasons.size(); ++b) {
+    const Reasons& why = doll.reasons[b];
+    const std::string& name = doll.definition.bodies[b].name;
+    if (why.yield_torque.origin == Origin::kRaised) strengthened.push_back(name);
+    if (why.stiffness.origin == Origin::kRaised) stiffened.push_back(name);
   }
   report("yield torque raised to hold the limb's weight: ", strengthened, doll);
   report("stiffness raised to bear the limb's weight or to yield in time: ", stiffened, doll);
-  pin_root(doll, make_limbs(doll.definition).front());
 }
 
 }  // namespace layfigure::doll

@@ -18,7 +18,10 @@ struct LimbLoad {
 [[nodiscard]] std::vector<LimbLoad> limb_loads(const dynamics::ModelDefinition& definition);
 
 /// Gives the joints of all bodies but the roots their laws, from doll.sections and the minima of build_doll(), and the
-/// root its pin. Adds to the doll's warnings which joints were raised.
+/// root its pin. Notes why in doll.reasons, which has one per body.
 void calibrate(Doll& doll, const DollSettings& settings);
+
+/// Adds to the doll's warnings the joints whose stiffness or yield torque calibrate() raised, and which are still so.
+void report_raised(Doll& doll);
 
 }  // namespace layfigure::doll

@@ -135,4 +135,15 @@ std::vector<JointLimits> make_joint_limits(const BodyLayout& layout, const Mirro
   return all;
 }
 
+std::vector<std::string> limit_reasons(const BodyLayout& layout, const Mirror& mirror) {
+  const std::optional<BodyAxes> body_axes = find_body_axes(layout, mirror);
+  std::vector<std::string> reasons;
+  for (int b = 0; b < static_cast<int>(layout.size()); ++b) {
+    const bool is_known = layout[b].parent >= 0 && find_joint_axes(layout, mirror, body_axes, b).has_value();
+    reasons.push_back(is_known ? std::string("anatomical range of the ") + part_text(layout[b].name.part)
+                               : "range of an unknown part");
+  }
+  return reasons;
+}
+
 }  // namespace layfigure::doll

@@ -24,6 +24,9 @@ namespace layfigure::doll {
 [[nodiscard]] std::vector<dynamics::JointLimits> make_joint_limits(const BodyLayout& layout, const Mirror& mirror,
                                                                    std::vector<std::string>& warnings);
 
+/// Where the range of each body's joint comes from, in a few words: "anatomical range of the upper arm".
+[[nodiscard]] std::vector<std::string> limit_reasons(const BodyLayout& layout, const Mirror& mirror);
+
 /// The limits of the joint of `other`, the mirror image of those of `body`'s. A rotation vector w becomes -S w: in the
 /// axes S x, -S y, S z, which are right-handed, twists and swings about z change their sign.
 [[nodiscard]] dynamics::JointLimits mirrored_limits(const dynamics::JointLimits& limits, const BodyLayout& layout,

@@ -3,10 +3,14 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <string_view>
 
 #include <toml++/toml.h>
+
+#include "joint_tables.h"
+#include "settings_numbers.h"
+#include "toml_text.h"
+#include "value_range.h"
 
 namespace layfigure::doll {
 namespace {
@@ -19,16 +23,14 @@ struct Field {
   bool least_allowed;
 };
 
-constexpr double kMost = 1e12;  // above any material's; keeps products of fields finite
-
 constexpr std::array<Field, 12> kFields{{
     {"density", &DollSettings::density, 0.0, 1e6, false},
-    {"elastic_modulus", &DollSettings::elastic_modulus, 0.0, kMost, true},
+    {"elastic_modulus", &DollSettings::elastic_modulus, 0.0, kMostOfAny, true},
     {"poisson_ratio", &DollSettings::poisson_ratio, -1.0, 0.5, false},
-    {"viscosity", &DollSettings::viscosity, 0.0, kMost, true},
-    {"flow_viscosity", &DollSettings::flow_viscosity, 0.0, kMost, true},
-    {"yield_stress", &DollSettings::yield_stress, 0.0, kMost, true},
-    {"hardening", &DollSettings::hardening, 0.0, kMost, true},
+    {"viscosity", &DollSettings::viscosity, 0.0, kMostOfAny, true},
+    {"flow_viscosity", &DollSettings::flow_viscosity, 0.0, kMostOfAny, true},
+    {"yield_stress", &DollSettings::yield_stress, 0.0, kMostOfAny, true},
+    {"hardening", &DollSettings::hardening, 0.0, kMostOfAny, true},
     {"largest_sag", &DollSettings::largest_sag, 0.0, 1.0, false},
     {"largest_strain", &DollSettings::largest_strain, 0.0, std::numbers::pi, false},
     {"hold_margin", &DollSettings::hold_margin, 1.0, 1e6, true},
@@ -43,45 +45,64 @@ std::string unknown_material(std::string_view name) {
   }
   return "material = \"" + std::string(name) + "\", expected one of " + known;
 }
+constexpr ValueRange kTotalMasses{0.0, 1e6, false};
 
 /// "" if the value is allowed, else one line.
 std::string complaint(const Field& field, double value) {
-  const bool enough = field.least_allowed ? value >= field.least : value > field.least;
-  if (enough && value <= field.most) return {};
-  std::ostringstream text;
-  text << field.name << " = " << value << ", expected " << (field.least_allowed ? '[' : '(') << field.least << ", "
-       << field.most << ']';
-  return text.str();
+  return range_complaint(field.name, value, {field.least, field.most, field.least_allowed});
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const toml::source_region& where, const std::string& why) {
-  throw SettingsError(path.string() + ":" + std::to_string(where.begin.line) + ": " + why);
+int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
+
+double read_number(const std::string& file, std::string_view key, const toml::node& node) {
+  if (!node.is_number()) refuse(file, node.source(), std::string(key) + ": expected a number");
+  return *node.value<double>();
 }
 
 /// What the numbers that the file does not give default to.
-DollSettings base_settings(const std::filesystem::path& path, const toml::table& table) {
+DollSettings base_settings(const std::string& file, const toml::table& table) {
   const toml::node* node = table.get("material");
   if (node == nullptr) return DollSettings{};
   const auto name = node->value_exact<std::string_view>();
-  if (!name) refuse(path, node->source(), "material: expected a name in quotes");
+  if (!name) refuse(file, node->source(), "material: expected a name in quotes");
   const Material* material = find_material(*name);
-  if (material == nullptr) refuse(path, node->source(), unknown_material(*name));
-  return settings_of(*material);
+  if (material == nullptr) refuse(file, node->source(), unknown_material(toml_comment(*name)));
+  DollSettings settings = settings_of(*material);
+  settings.lines["material"] = line_of(*node);
+  return settings;
 }
 
-void read_field(const std::filesystem::path& path, std::string_view key, const toml::node& node,
-                DollSettings& settings) {
+OptionalEntry<double> read_total_mass(const std::string& file, const toml::node& node) {
+  const double value = read_number(file, "total_mass", node);
+  const std::string why = range_complaint("total_mass", value, kTotalMasses);
+  if (!why.empty()) refuse(file, node.source(), why);
+  return Entry<double>{value, line_of(node)};
+}
+
+void read_field(const std::string& file, std::string_view key, const toml::node& node, DollSettings& settings) {
   for (const Field& field : kFields) {
     if (key != field.name) continue;
-    if (!node.is_number()) refuse(path, node.source(), std::string(key) + ": expected a number");
-    const double value = *node.value<double>();
-    if (const std::string why = complaint(field, value); !why.empty()) refuse(path, node.source(), why);
+    const double value = read_number(file, key, node);
+    if (const std::string why = complaint(field, value); !why.empty()) refuse(file, node.source(), why);
     settings.*field.value = value;
+    settings.lines[std::string(key)] = line_of(node);
     return;
   }
-  std::string known = "material";
-  for (const Field& field : kFields) known.append(", ").append(field.name);
-  refuse(path, node.source(), "unknown key '" + std::string(key) + "', expected one of " + known);
+  std::string known = "material, ";
+  for (const Field& field : kFields) known.append(field.name).append(", ");
+  refuse(file, node.source(),
+         "unknown key '" + toml_comment(key) + "', expected one of " + known + "total_mass, joints");
+}
+
+/// All but the material, which comes first.
+void read_key(std::string_view key, const toml::node& node, DollSettings& settings) {
+  if (key == "joints") {
+    settings.joints = read_joint_tables(settings.source, node);
+  } else if (key == "total_mass") {
+    settings.total_mass = read_total_mass(settings.source, node);
+  } else if (key != "material") {
+    read_field(settings.source, key, node, settings);
+  }
 }
 
 }  // namespace
@@ -108,21 +129,40 @@ void validate(const DollSettings& settings) {
       throw std::invalid_argument("doll settings: " + why);
     }
   }
+  if (!settings.total_mass) return;
+  const std::string why = range_complaint("total_mass", settings.total_mass->value, kTotalMasses);
+  if (!why.empty()) throw std::invalid_argument("doll settings: " + why);
+}
+
+std::vector<SettingsNumber> numbers_of(const DollSettings& settings) {
+  std::vector<SettingsNumber> numbers;
+  for (const Field& field : kFields) {
+    const auto line = settings.lines.find(std::string(field.name));
+    numbers.push_back(
+        {std::string(field.name), settings.*field.value, line == settings.lines.end() ? 0 : line->second});
+  }
+  return numbers;
+}
+
+std::filesystem::path settings_path_beside(const std::filesystem::path& character) {
+  return std::filesystem::path(character).replace_extension(".doll.toml");
 }
 
 DollSettings load_settings(const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path)) {
-    throw SettingsError(path.string() + ": there is no such settings file; check the path");
-  }
   DollSettings settings;
+  settings.source = path.string();
+  if (std::filesystem::is_directory(path))
+    throw SettingsError(settings.source + ": a folder, expected a settings file");
+  if (!std::filesystem::is_regular_file(path)) {
+    throw SettingsError(settings.source + ": there is no such settings file; check the path");
+  }
   try {
-    const toml::table table = toml::parse_file(path.string());
-    settings = base_settings(path, table);
-    for (const auto& [key, node] : table) {
-      if (key != "material") read_field(path, key.str(), node, settings);
-    }
+    const toml::table table = toml::parse_file(settings.source);
+    settings = base_settings(settings.source, table);
+    settings.source = path.string();
+    for (const auto& [key, node] : table) read_key(key.str(), node, settings);
   } catch (const toml::parse_error& error) {
-    refuse(path, error.source(), "not TOML: " + std::string(error.description()));
+    refuse(settings.source, error.source(), "not TOML: " + std::string(error.description()));
   }
   return settings;
 }

@@ -254,6 +254,9 @@ def test_cli_bad_url_fails_in_one_line(cli: Cli, url: str) -> None:
         (["preview", "a.usda", "-o", "none/a.png"], "none"),
         (["preview", "a.usda", "-o", "a.png", "--frames", "1,x"], "1,x"),
         (["plot", "a.lcmlog", "-o", "a.svg"], "a.svg"),
+        (["inspect", "a.glb"], "--out"),
+        (["inspect", "a.glb", "-o", "a.jpg"], "a.jpg"),
+        (["inspect", "a.glb", "-o", "none/a.png"], "none"),
     ],
 )
 def test_cli_bad_arguments_are_usage_errors(cli: Cli, tmp_path: Path, arguments: list[str], word: str) -> None:
@@ -276,13 +279,14 @@ def test_cli_missing_file_fails_in_one_line(cli: Cli, tmp_path: Path, arguments:
 
 
 @pytest.mark.parametrize(
-    "command", [[], *([name] for name in ("record", "play", "check", "preview", "plot", "status", "key", "step"))]
+    "command",
+    [[], *([name] for name in ("record", "play", "check", "preview", "plot", "inspect", "status", "key", "step"))],
 )
 def test_cli_help_shows_usage(cli: Cli, command: list[str]) -> None:
     result = cli(*command, "--help")
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.startswith("usage: layfigure")
-    if command in ([], ["record"], ["play"], ["check"], ["preview"], ["plot"]):
+    if command in ([], ["record"], ["play"], ["check"], ["preview"], ["plot"], ["inspect"]):
         assert "example" in result.stdout
 
 

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from layfigure.errors import LayfigureError, UsageError
 from layfigure.protocol import Floats
 from layfigure.render.camera import Camera, View, frame_points, picture_aspect
+from layfigure.render.picture_file import INK, PAPER, font, write_png
 from layfigure.render.scene import Scene, Surface, to_srgb
 from layfigure.usd.reader import SkinnedStage
 
@@ -24,8 +24,6 @@ _SAMPLES = 12  # rays per pixel
 _GAP = 8  # pixels
 _CAPTION_HEIGHT = 38
 _FONT_SIZE = 21
-_INK = (45, 48, 52)
-_PAPER = (255, 255, 255)
 
 
 Progress = Callable[[int, int], None]  # pictures done, pictures in all
@@ -41,7 +39,7 @@ def write_contact_sheet(
     posed = [[Surface(mesh.points, mesh.triangles, mesh.color) for mesh in stage.posed(frame)] for frame in chosen]
     panels = list(_render(posed, progress))
     captions = [f"{(frame - stage.first_frame) / stage.fps:.2f} s   (frame {frame:g})" for frame in chosen]
-    _write_png(_assemble(panels, captions), out)
+    write_png(_assemble(panels, captions), out)
     return chosen
 
 
@@ -84,14 +82,14 @@ def _assemble(panels: list[Image.Image], captions: list[str]) -> Image.Image:
     cell_width, cell_height = width + _GAP, height + _CAPTION_HEIGHT + _GAP
     columns = _column_count(len(panels), cell_width / cell_height)
     rows = math.ceil(len(panels) / columns)
-    sheet = Image.new("RGB", (columns * cell_width + _GAP, rows * cell_height + _GAP), _PAPER)
+    sheet = Image.new("RGB", (columns * cell_width + _GAP, rows * cell_height + _GAP), PAPER)
     draw = ImageDraw.Draw(sheet)
-    font = ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), _FONT_SIZE)
+    caption_font = font(_FONT_SIZE)
     for index, (panel, caption) in enumerate(zip(panels, captions, strict=True)):
         x, y = _GAP + index % columns * cell_width, _GAP + index // columns * cell_height
         sheet.paste(panel, (x, y))
         middle = (x + width / 2, y + height + _CAPTION_HEIGHT / 2)
-        draw.text(middle, caption, fill=_INK, font=font, anchor="mm")
+        draw.text(middle, caption, fill=INK, font=caption_font, anchor="mm")
     return sheet
 
 
@@ -104,14 +102,3 @@ def _column_count(panels: int, panel_aspect: float) -> int:
         return abs(math.log(columns * panel_aspect / rows / _SHEET_ASPECT)) + 0.5 * empty
 
     return min(range(1, panels + 1), key=badness)
-
-
-def _write_png(picture: Image.Image, out: Path) -> None:
-    """Under another name first: a picture is whole or not there."""
-    partial = out.with_name(f".{out.name}.partial")
-    try:
-        picture.save(partial, format="PNG")
-        partial.replace(out)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error

@@ -53,6 +53,35 @@ TEST(Options, AllGiven_AreTaken) {
   EXPECT_TRUE(options.json);
 }
 
+TEST(Options, WriteSettings_GoBesideTheCharacterOrIntoAFile) {
+  const Outcome beside = parse({"--inspect", "a/doll.glb", "--write-settings"});
+  ASSERT_TRUE(beside.parsed.options) << beside.error;
+  EXPECT_EQ(beside.parsed.options->write_settings, "a/doll.doll.toml");
+  EXPECT_FALSE(beside.parsed.options->force);
+  const Outcome named = parse({"--inspect", "doll.glb", "--write-settings", "b.toml", "--force"});
+  ASSERT_TRUE(named.parsed.options) << named.error;
+  EXPECT_EQ(named.parsed.options->write_settings, "b.toml");
+  EXPECT_TRUE(named.parsed.options->force);
+  EXPECT_FALSE(parse({"--inspect", "doll.glb"}).parsed.options->write_settings);
+}
+
+TEST(Options, WriteSettingsBeforeTheCharacter_TakeItForNoFile) {
+  const Outcome beside = parse({"--inspect", "--write-settings", "doll.glb"});
+  ASSERT_TRUE(beside.parsed.options) << beside.error;
+  EXPECT_EQ(beside.parsed.options->character, "doll.glb");
+  EXPECT_EQ(beside.parsed.options->write_settings, "doll.doll.toml");
+  const Outcome named = parse({"--inspect", "--write-settings", "b.toml", "doll.glb"});
+  ASSERT_TRUE(named.parsed.options) << named.error;
+  EXPECT_EQ(named.parsed.options->character, "doll.glb");
+  EXPECT_EQ(named.parsed.options->write_settings, "b.toml");
+}
+
+TEST(Options, Geometry_IsOfJson) {
+  const Outcome outcome = parse({"--inspect", "doll.glb", "--json", "--geometry"});
+  ASSERT_TRUE(outcome.parsed.options) << outcome.error;
+  EXPECT_TRUE(outcome.parsed.options->geometry);
+}
+
 TEST(Options, TwoRuns_HaveDifferentServerIds) {
   EXPECT_NE(parse({"a"}).parsed.options->server.server_id, parse({"a"}).parsed.options->server.server_id);
 }
@@ -79,6 +108,11 @@ TEST(Options, Bad_RefusedInOneLineThatNamesOptionAndValue) {
       {{"a", "--channel-prefix", ".*"}, {"--channel-prefix", ".*"}},
       {{"a", "--duration", "-3"}, {"--duration", "-3"}},
       {{"a", "--json"}, {"--json", "--inspect"}},
+      {{"a", "--inspect", "--geometry"}, {"--geometry", "--json"}},
+      {{"a", "--write-settings"}, {"--write-settings", "--inspect"}},
+      {{"a", "--inspect", "--force"}, {"--force", "--write-settings"}},
+      {{"a", "--inspect", "--write-settings", "a.glb"}, {"a.glb", ".toml"}},
+      {{"a", "--inspect", "--write-settings", "b.toml", "c.toml"}, {"c.toml"}},
   };
   for (const auto& [arguments, words] : cases) {
     const Outcome outcome = parse(arguments);

@@ -261,10 +261,10 @@ TEST(BodyTree, ChoicesThatCannotBeMet_AreRefused) {
   rig.bones.push_back(bone("tip", bone_called(rig, "Head")));
   std::vector<MergeChoice> choices(rig.bones.size(), MergeChoice::kAutomatic);
   choices.back() = MergeChoice::kBody;
-  EXPECT_THROW((void)tree_of(rig, choices), std::invalid_argument);
+  EXPECT_THROW((void)tree_of(rig, choices), UnmetChoice);
   choices.back() = MergeChoice::kAutomatic;
   choices.front() = MergeChoice::kMerge;
-  EXPECT_THROW((void)tree_of(rig, choices), std::invalid_argument);
+  EXPECT_THROW((void)tree_of(rig, choices), UnmetChoice);
 }
 
 TEST(BodyTree, NoTriangles_IsRefused) {

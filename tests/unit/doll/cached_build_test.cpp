@@ -40,6 +40,20 @@ TEST_F(CachedBuild, OtherSettings_AreAnotherDoll) {
   EXPECT_EQ(entries(), 2U);
 }
 
+TEST_F(CachedBuild, OtherOverridesOrTotalMass_AreAnotherDoll) {
+  (void)build_doll(test::make_adult(), {}, cache_);
+  DollSettings settings;
+  settings.total_mass = Entry<double>{12.0, 1};
+  (void)build_doll(test::make_adult(), settings, cache_);
+  for (const double stiffness : {5.0, 6.0}) {
+    settings.joints = {{.pattern = "left1", .line = 2, .stiffness = Entry<Amount>{{stiffness, false}, 3}}};
+    (void)build_doll(test::make_adult(), settings, cache_);
+    const Doll doll = build_doll(test::make_adult(), settings, cache_);
+    EXPECT_EQ(cache::to_bytes(doll), cache::to_bytes(build_doll(test::make_adult(), settings)));
+  }
+  EXPECT_EQ(entries(), 4U);
+}
+
 TEST_F(CachedBuild, SettingsOutOfRange_ThrowAndLeaveNoEntry) {
   DollSettings wrong;
   wrong.density = -1.0;

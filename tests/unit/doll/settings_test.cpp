@@ -1,46 +1,15 @@
 #include "layfigure/doll/settings.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <fstream>
 #include <limits>
+
+#include "settings_file.h"
 
 namespace layfigure::doll {
 namespace {
 
-/// A settings file of its own for the running test.
-class SettingsFile : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            (std::string(test->name()) + "_" + std::to_string(::getpid()) + ".toml");
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
-  DollSettings load(const std::string& text) {
-    std::ofstream(path_) << text;
-    return load_settings(path_);
-  }
-
-  /// What it says of the text; fails unless that is a SettingsError of one line that names the file.
-  std::string complaint(const std::string& text) {
-    try {
-      (void)load(text);
-    } catch (const SettingsError& error) {
-      const std::string what = error.what();
-      EXPECT_NE(what.find(path_.string()), std::string::npos) << what;
-      EXPECT_EQ(std::count(what.begin(), what.end(), '\n'), 0) << what;
-      return what;
-    }
-    ADD_FAILURE() << "accepted: " << text;
-    return {};
-  }
-
-  std::filesystem::path path_;
-};
+using SettingsFile = test::SettingsFile;
 
 TEST_F(SettingsFile, Empty_IsTheDefaults) {
   EXPECT_EQ(load("").density, DollSettings{}.density);
@@ -119,8 +88,40 @@ TEST_F(SettingsFile, NotToml_IsRefusedWithItsLine) {
 }
 
 TEST_F(SettingsFile, Missing_IsRefused) {
-  EXPECT_THROW((void)load_settings(path_), SettingsError);
-  EXPECT_THROW((void)load_settings(std::filesystem::temp_directory_path()), SettingsError);
+  const std::string what = complaint_of([&] { (void)load_settings(path_); });
+  EXPECT_NE(what.find("no such settings file"), std::string::npos) << what;
+}
+
+TEST_F(SettingsFile, Folder_IsRefused) {
+  std::filesystem::create_directory(path_);
+  const std::string what = complaint_of([&] { (void)load_settings(path_); });
+  EXPECT_NE(what.find("a folder, expected a settings file"), std::string::npos) << what;
+}
+
+TEST_F(SettingsFile, BytesThatAreNoText_AreRefused) {
+  EXPECT_NE(complaint(std::string("\xff\xfe\x00\x01", 4)).find("not TOML"), std::string::npos);
+}
+
+TEST_F(SettingsFile, SourceAndLines_AreKept) {
+  const DollSettings s = load("# by hand\ndensity = 500\n\ntotal_mass = 12\n");
+  EXPECT_EQ(s.source, path_.string());
+  EXPECT_EQ(s.lines, (std::map<std::string, int>{{"density", 2}}));
+  ASSERT_TRUE(s.total_mass);
+  EXPECT_EQ(s.total_mass->value, 12.0);
+  EXPECT_EQ(s.total_mass->line, 4);
+}
+
+TEST_F(SettingsFile, TotalMassOfTheWrongKindOrSize_IsRefused) {
+  EXPECT_NE(complaint("total_mass = \"12 kg\"").find(":1: total_mass: expected a number"), std::string::npos);
+  for (const std::string value : {"0", "-1", "nan", "inf", "2e6"}) {
+    EXPECT_NE(complaint("total_mass = " + value).find("expected (0, 1e+06]"), std::string::npos) << value;
+  }
+}
+
+TEST(SettingsPath, AnyCharacter_IsBesideItUnderItsName) {
+  EXPECT_EQ(settings_path_beside("a/b/doll.glb"), "a/b/doll.doll.toml");
+  EXPECT_EQ(settings_path_beside("my.figure.fbx"), "my.figure.doll.toml");
+  EXPECT_EQ(settings_path_beside("doll"), "doll.doll.toml");
 }
 
 TEST(ValidateSettings, Defaults_AreAllowed) { EXPECT_NO_THROW(validate({})); }
@@ -128,6 +129,12 @@ TEST(ValidateSettings, Defaults_AreAllowed) { EXPECT_NO_THROW(validate({})); }
 TEST(ValidateSettings, UnknownMaterial_IsRefused) {
   DollSettings settings;
   settings.material = "wod";
+  EXPECT_THROW(validate(settings), std::invalid_argument);
+}
+
+TEST(ValidateSettings, TotalMassNotPositive_IsRefused) {
+  DollSettings settings;
+  settings.total_mass = Entry<double>{0.0};
   EXPECT_THROW(validate(settings), std::invalid_argument);
 }
 

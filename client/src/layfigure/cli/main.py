@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from layfigure import __version__
-from layfigure.cli import check, commands, pictures, play, record
+from layfigure.cli import check, commands, inspect, pictures, play, record
 from layfigure.errors import LayfigureError, UsageError
 
 EPILOG = """\
@@ -20,6 +20,7 @@ examples:
   layfigure play demo.toml                     let scripted hands pose the doll
   layfigure check take.usda                    validate what was written
   layfigure preview take.usda -o take.png      draw it
+  layfigure inspect doll.glb -o doll.png       draw the doll that a character becomes
   layfigure status                             is a server there?
 
 Without --lcm-url the bus is $LCM_DEFAULT_URL, else LCM's multicast on this machine.
@@ -43,7 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"layfigure {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (record, play, check, pictures, commands):
+    for module in (record, play, check, pictures, inspect, commands):
         module.add_parsers(subparsers)
     return parser
 

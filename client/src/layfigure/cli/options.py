@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from pathlib import Path
 
 from layfigure.bus import Bus
+from layfigure.errors import UsageError
 
 _MAX_PREFIX_LENGTH = 40  # LCM allows 63 characters for a whole channel name
 
@@ -32,6 +34,13 @@ def channel_prefix(text: str) -> str:
             f"'{text}' is no channel prefix: letters, digits and _, at most {_MAX_PREFIX_LENGTH} of them"
         )
     return text
+
+
+def check_picture_name(out: Path) -> None:
+    if out.suffix != ".png":
+        raise UsageError(f"'{out}': the name of a picture ends in .png")
+    if not out.parent.is_dir():
+        raise UsageError(f"'{out}': there is no folder '{out.parent}'; make it first")
 
 
 def positive(text: str) -> float:

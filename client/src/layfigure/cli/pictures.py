@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from layfigure.cli.options import check_picture_name
 from layfigure.cli.progress import ProgressLine
-from layfigure.errors import UsageError
 
 PREVIEW_EPILOG = """\
 examples:
@@ -49,7 +49,7 @@ def add_parsers(subparsers: Any) -> None:
 def run_preview(options: argparse.Namespace) -> None:
     from layfigure.preview import write_contact_sheet
 
-    _check_picture_name(options.out)
+    check_picture_name(options.out)
     with ProgressLine() as line:
 
         def show(done: int, whole: int) -> None:
@@ -63,7 +63,7 @@ def run_plot(options: argparse.Namespace) -> None:
     from layfigure.plots import write_force_plot
     from layfigure.take_collector import read_take
 
-    _check_picture_name(options.out)
+    check_picture_name(options.out)
     write_force_plot(read_take(options.file), options.out)
     print(options.out)
 
@@ -76,10 +76,3 @@ def frame_list(text: str) -> list[float]:
     if not all(math.isfinite(frame) for frame in frames):
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of frames, such as 0,24,48")
     return frames
-
-
-def _check_picture_name(out: Path) -> None:
-    if out.suffix != ".png":
-        raise UsageError(f"'{out}': the name of a picture ends in .png")
-    if not out.parent.is_dir():
-        raise UsageError(f"'{out}': there is no folder '{out.parent}'; make it first")

@@ -33,11 +33,11 @@ _FADE_BEGIN, _FADE_END = 0.8, 2.2  # of the floor, in radii of the scene
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A triangle mesh of one colour (linear RGB)."""
+    """A triangle mesh of one colour (linear RGB), or of one for each triangle."""
 
     points: Floats  # (V, 3)
     triangles: Ints  # (T, 3)
-    color: Floats  # (3)
+    color: Floats  # (3) or (T, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Scene:
             mine = found["geomID"] == index
             corners = self._normals[index][surface.triangles[found["primID"][mine]]]
             normals[mine] = np.einsum("nk,nkd->nd", weights[mine], corners)
-            albedo[mine] = surface.color
+            albedo[mine] = surface.color if surface.color.ndim == 1 else surface.color[found["primID"][mine]]
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9), albedo
 
     def _fading(self, points: Floats) -> Floats:

@@ -5,8 +5,10 @@
 
 namespace layfigure::app {
 
-/// The doll that the options name, from the user's cache where it was made before. Shows its progress on stderr if that
-/// is a terminal. Throws what import_rig(), load_settings() and build_doll() throw. Before there are other threads.
+/// The doll of options.character by options.doll_settings or, if these are not named, by the settings beside the
+/// character, which is then logged; from the user's cache where it was made before. Shows its progress on stderr if
+/// that is a terminal. Throws what import_rig(), load_settings() and build_doll() throw. Before there are other
+/// threads.
 [[nodiscard]] doll::Doll load_doll(const Options& options);
 
 }  // namespace layfigure::app

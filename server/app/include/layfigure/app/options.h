@@ -18,7 +18,10 @@ struct Options {
   std::filesystem::path character;
   std::optional<std::filesystem::path> doll_settings;
   bool inspect{false};
-  bool json{false};  ///< of inspect
+  bool json{false};                                     ///< of inspect
+  bool geometry{false};                                 ///< of json
+  std::optional<std::filesystem::path> write_settings;  ///< of inspect: where to
+  bool force{false};                                    ///< of write_settings: also over a file that is there
   ServerSettings server;
 };
 

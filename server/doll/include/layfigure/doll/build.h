@@ -19,8 +19,8 @@ namespace layfigure::doll {
 /// A bone that then has at least 4 triangles, 1e-4 of the skin's area, 1e-5 of its volume and reaches 0.5 % of the
 /// character's largest extent from its joint is a body. A smaller one is merged into its parent, from the tips inwards.
 /// Bones without skin (IK, poles, controls, ends) ride on the nearest body above, and those above every body on the one
-/// with the most skin, to which the other limbs are then joined too. `choices`, by bone, overrule all this; bones that
-/// it does not reach are automatic. Doll::bone_roles tells what became of each. A body's frame is its bone's.
+/// with the most skin, to which the other limbs are then joined too. `merge` in the settings of a joint overrules
+/// all this. Doll::bone_roles tells what became of each. A body's frame is its bone's.
 ///
 /// Mirror. Doll::mirror_of_body pairs the bodies of both sides, by their names where they say a side and by their
 /// places in the bind pose.
@@ -54,9 +54,13 @@ namespace layfigure::doll {
 ///
 /// The root is pinned with a natural frequency of 10 Hz, critically damped, by the mass and inertia of the whole.
 ///
-/// Throws std::invalid_argument: settings out of range, no bone has enough skin, or a choice that cannot be met: a body
-/// without skin, a merged bone without parent. O(triangles + bones^2). Thread-safe.
-[[nodiscard]] Doll build_doll(character::Rig rig, const DollSettings& settings = {},
-                              const std::vector<MergeChoice>& choices = {});
+/// Settings of single joints come last: they hold whatever was chosen or raised, and keep the ratios of the axes. Which
+/// bones are merged comes first, and densities and masses before the joints, so that all else follows from the weights
+/// that the doll will have.
+///
+/// Throws std::invalid_argument: settings out of range, or no bone has enough skin. Throws SettingsError: settings of
+/// joints that the character has not, or a merge that cannot be: a body without skin, a merged bone without parent.
+/// O(triangles + bones^2). Thread-safe.
+[[nodiscard]] Doll build_doll(character::Rig rig, const DollSettings& settings = {});
 
 }  // namespace layfigure::doll

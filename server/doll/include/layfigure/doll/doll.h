@@ -9,6 +9,7 @@
 #include "layfigure/character/rig.h"
 #include "layfigure/collision/shapes.h"
 #include "layfigure/doll/bone_role.h"
+#include "layfigure/doll/settings.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 
@@ -35,6 +36,44 @@ struct Section {
   std::vector<Eigen::Vector3d> outline;  ///< of the cut, a closed polygon in the body's frame [m]; estimated: empty
 };
 
+/// What a body is made of, and what it is to other bodies that it meets.
+struct Matter {
+  double density{0.0};                ///< [kg/m^3]
+  ShapeKind shape{ShapeKind::kHull};  ///< for contacts
+  double friction{0.5};               ///< Coulomb's coefficient; a contact takes the geometric mean of its two
+};
+
+/// Where a number of the doll comes from.
+enum class Origin {
+  kDefault,
+  kSection,   ///< the section of the mesh
+  kEstimate,  ///< a section that was estimated
+  kRaised,    ///< to a minimum
+  kSettings,  ///< the settings say so
+};
+
+/// Why a number is what it is; the text says it in a few words, such as "line 12 of the settings".
+struct Reason {
+  Origin origin{Origin::kDefault};
+  std::string text{"default"};
+};
+
+/// Of what a body and its joint to the parent have; a root's joint has none.
+struct Reasons {
+  Reason density;
+  Reason stiffness;
+  Reason damping;
+  Reason flow_damping;
+  Reason yield_torque;
+  Reason hardening;
+  Reason twist{Origin::kDefault, "no limit"};  ///< its limit, as those of the swings
+  Reason swing_y{Origin::kDefault, "no limit"};
+  Reason swing_z{Origin::kDefault, "no limit"};
+  Reason locked;
+  Reason shape;
+  Reason friction;
+};
+
 /// What a bone moves with, rigidly: its own body; else its nearest ancestor's; above the root body, the root body.
 struct Carrier {
   int body{-1};  ///< -1: the bone's whole tree has no body; it stays where it is
@@ -54,6 +93,10 @@ struct Doll {
   std::vector<Section> sections;                   ///< one per body; a root's is that of its own middle
   std::vector<collision::ShapeDefinition> shapes;  ///< what the bodies touch each other with
   std::vector<std::pair<int, int>> never_touch;    ///< bodies, beside parents and children, that overlap at rest
+  std::vector<Matter> matter;                      ///< one per body
+  std::vector<Reasons> reasons;                    ///< one per body
+  std::vector<Reason> body_reasons;                ///< one per bone: why it is a body, or rides on one
+  DollSettings settings;                           ///< that it was made by
   std::vector<std::string> warnings;
 };
 

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "layfigure/doll/joint_override.h"
 #include "layfigure/doll/materials.h"
 
 namespace layfigure::doll {
@@ -26,6 +29,12 @@ struct DollSettings {
   double hold_margin{2.0};        ///< least yield torque as a multiple of that weight's torque, >= 1
   double damping_ratio{0.7};      ///< least, of a joint with its limb as it is posed at rest, in [0, 10]
   double largest_flow_rate{3.0};  ///< of a joint at twice its yield torque [rad/s], > 0
+
+  OptionalEntry<double> total_mass;   ///< of the whole doll [kg], > 0: scales every density to it
+  std::vector<JointOverride> joints;  ///< in the file's order: the later one holds, a bone's own name above all
+
+  std::string source;                ///< the file that they were read from, empty: none
+  std::map<std::string, int> lines;  ///< of the numbers that the file gives, by name
 };
 
 /// The default settings, but of that material.
@@ -40,13 +49,34 @@ class SettingsError : public std::runtime_error {
 /// Throws std::invalid_argument that names the field, its value and what is allowed.
 void validate(const DollSettings& settings);
 
-/// Reads a TOML file of `field = number` lines, named as in DollSettings, all optional, and of the material that those
-/// which are not given default to:
+/// Where the settings of a character are looked for: character.glb -> character.doll.toml, in the same folder.
+[[nodiscard]] std::filesystem::path settings_path_beside(const std::filesystem::path& character);
+
+/// Reads a TOML file of `field = number` lines, named as in DollSettings, of the material that those which are not
+/// given default to, and of tables for single bones, all optional:
 ///
 ///     material = "wood"
 ///     yield_stress = 8.0e4
+///     total_mass = 12.0                 # kg
 ///
-/// Throws SettingsError: no such file, not TOML, an unknown key or material, not a number, out of range.
+///     [joints."*Arm"]                   # a bone's name, or a pattern: * any characters, ? any one
+///     stiffness = 12.0                  # N m/rad
+///     yield_torque = {factor = 2.0}     # twice what was chosen; damping, flow_damping, hardening likewise
+///     limits = {twist = [-30, 30], swing_y = [-10, 140], swing_z = [-5, 5]}    # degrees
+///     locked = ["twist"]                # of twist, bend_y, bend_z
+///     merge = false                     # true: rides on its parent's body; false: is a body
+///     shape = "hull"                    # or "capsule", "none"
+///     friction = 0.6
+///     mass = 0.4                        # kg; or density
+///
+/// Limits are measured from the joint's neutral pose, which must be within as well as the rest pose; it is the rest
+/// pose unless the doll has chosen another. A limit of 180 degrees is none. A swing that may not leave the neutral pose
+/// on one side (0) may by kLeastSwingDeg.
+///
+/// Throws SettingsError: no such file, not TOML, an unknown key or material, a value of the wrong kind or out of range.
 [[nodiscard]] DollSettings load_settings(const std::filesystem::path& path);
+
+/// The bounds of a swing are the semi-axes of an ellipse, which cannot vanish: the least that one can be [deg].
+inline constexpr double kLeastSwingDeg = 1.0;
 
 }  // namespace layfigure::doll
