@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -43,11 +44,14 @@ def make_description() -> dict[str, Any]:
 
 def write_program(path: Path, output: str, remark: str = "", exit_code: int = 0) -> Path:
     """A program in the place of layfigure-server, which prints `output` and, on stderr, `remark` and its arguments."""
-    path.write_text(
-        f"#!{sys.executable}\nimport sys\nsys.stdout.write({output!r})\n"
+    script = path.with_name(path.name + ".py")
+    script.write_text(
+        f"import sys\nsys.stdout.write({output!r})\n"
         f"sys.stderr.write({remark!r})\nopen({str(path) + '.arguments'!r}, 'w').write(repr(sys.argv[1:]))\n"
         f"sys.exit({exit_code})\n"
     )
+    # The shell starts it: a first line that names the interpreter cannot have a space in its path.
+    path.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {shlex.quote(str(script))} "$@"\n')
     path.chmod(0o755)
     return path
 
