@@ -2,8 +2,8 @@
 
 #include "axis_law.h"
 #include "drives.h"
-#include "kernel.h"
 #include "lane_transfer.h"
+#include "layfigure/math/kernel.h"
 
 namespace layfigure::dynamics {
 namespace {

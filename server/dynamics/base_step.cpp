@@ -1,4 +1,4 @@
-#include "kernel.h"
+#include "layfigure/math/kernel.h"
 #include "shorten.h"
 
 namespace layfigure::dynamics {

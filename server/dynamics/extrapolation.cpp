@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernel.h"
 #include "lane_transfer.h"
+#include "layfigure/math/kernel.h"
 
 namespace layfigure::dynamics {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "kernel.h"
+#include "layfigure/math/kernel.h"
 #include "layfigure/math/lanes.h"
 
 namespace layfigure::skinning {
