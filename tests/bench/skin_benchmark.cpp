@@ -10,6 +10,7 @@
 
 #include "layfigure/character/import.h"
 #include "layfigure/skinning/posed_skin.h"
+#include "random_vector.h"
 #include "tube_rig.h"
 
 namespace {
@@ -35,19 +36,11 @@ character::Rig subject(int refinement) {
   return testing::tube_rig(tube);
 }
 
-Vector3d random_vector(std::mt19937& generator, double extent) {
-  std::uniform_real_distribution<double> component(-extent, extent);
-  const double x = component(generator);
-  const double y = component(generator);
-  const double z = component(generator);
-  return {x, y, z};
-}
-
 std::vector<Isometry3d> bent(const Skin& skin) {
   std::mt19937 generator(kSeed);
   std::vector<Isometry3d> X_WB;
   for (const character::Bone& bone : skin.bones()) {
-    const Isometry3d X_PB = bone.rest * Eigen::AngleAxisd(kTurn, random_vector(generator, 1.0).normalized());
+    const Isometry3d X_PB = bone.rest * Eigen::AngleAxisd(kTurn, testing::random_vector(generator, 1.0).normalized());
     X_WB.push_back(bone.parent < 0 ? X_PB : X_WB[bone.parent] * X_PB);
   }
   return X_WB;
@@ -102,7 +95,7 @@ void closest_point(benchmark::State& state) {
   std::vector<Vector3d> points;
   for (int i = 0; i < kQueries; ++i) {
     const auto vertex = generator() % posed.positions().size();
-    points.emplace_back(posed.positions()[vertex] + random_vector(generator, distance));
+    points.emplace_back(posed.positions()[vertex] + testing::random_vector(generator, distance));
   }
   std::size_t i = 0;
   for (auto _ : state) benchmark::DoNotOptimize(posed.closest_point(points[i++ % kQueries]));
@@ -118,8 +111,8 @@ void cast_ray(benchmark::State& state) {
   std::vector<Vector3d> directions;
   for (int i = 0; i < kQueries; ++i) {
     const Vector3d target = posed.positions()[generator() % posed.positions().size()];
-    origins.push_back(target + random_vector(generator, 1.0));
-    directions.emplace_back(target + random_vector(generator, 0.02) - origins.back());
+    origins.push_back(target + testing::random_vector(generator, 1.0));
+    directions.emplace_back(target + testing::random_vector(generator, 0.02) - origins.back());
   }
   std::size_t i = 0;
   for (auto _ : state) {

@@ -28,14 +28,6 @@ Isometry3d odd_motion() {
   return Eigen::Translation3d(0.3, -0.7, 1.1) * Eigen::AngleAxisd(2.1, Vector3d(1, -2, 0.5).normalized());
 }
 
-Vector3d random_vector(std::mt19937& generator, double extent) {
-  std::uniform_real_distribution<double> component(-extent, extent);
-  const double x = component(generator);
-  const double y = component(generator);
-  const double z = component(generator);
-  return {x, y, z};
-}
-
 std::vector<Isometry3d> random_poses(const Skin& skin, double angle, unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> turn(-angle, angle);

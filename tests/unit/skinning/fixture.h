@@ -1,12 +1,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <random>
 #include <vector>
 
 #include "layfigure/character/rig.h"
 #include "layfigure/skinning/deform.h"
 #include "layfigure/skinning/skin.h"
+#include "random_vector.h"
 
 namespace layfigure::skinning::test {
 
@@ -16,8 +16,7 @@ namespace layfigure::skinning::test {
 /// Any rigid motion that is no special case.
 [[nodiscard]] Eigen::Isometry3d odd_motion();
 
-/// Vectors whose components are in [-extent, extent].
-[[nodiscard]] Eigen::Vector3d random_vector(std::mt19937& generator, double extent);
+using testing::random_vector;
 
 /// Each bone turned by some angle up to `angle` [rad] beside its parent, all of them moved.
 [[nodiscard]] std::vector<Eigen::Isometry3d> random_poses(const Skin& skin, double angle, unsigned seed);
