@@ -70,14 +70,25 @@ std::optional<std::int64_t> Arguments::integer(std::string_view name, std::int64
   return static_cast<std::int64_t>(*value);
 }
 
+std::optional<bool> Arguments::flag(std::string_view name) const {
+  const std::optional<std::int64_t> value = integer(name, 0, 1);
+  return value ? std::optional(*value == 1) : std::nullopt;
+}
+
 std::optional<Eigen::Vector3d> Arguments::vector(std::string_view name, double max) const {
+  const std::span<const double> values = numbers(name, 3, max);
+  return values.empty() ? std::nullopt : std::optional(Eigen::Vector3d(values[0], values[1], values[2]));
+}
+
+std::span<const double> Arguments::numbers(std::string_view name, int count, double max) const {
   const argument_t* argument = find_numbers(name);
-  if (argument == nullptr) return std::nullopt;
+  if (argument == nullptr) return {};
   const auto usable = [max](double value) { return std::abs(value) <= max; };
-  if (argument->value_count != 3 || !std::ranges::all_of(argument->values, usable)) {
-    throw Refusal(quoted(name) + " is not 3 numbers between " + to_text(-max) + " and " + to_text(max));
+  if (argument->value_count != count || !std::ranges::all_of(argument->values, usable)) {
+    throw Refusal(quoted(name) + " is not " + std::to_string(count) + " numbers between " + to_text(-max) + " and " +
+                  to_text(max));
   }
-  return Eigen::Vector3d(argument->values[0], argument->values[1], argument->values[2]);
+  return argument->values;
 }
 
 std::span<const double> Arguments::integers(std::string_view name) const {

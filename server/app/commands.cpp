@@ -8,48 +8,28 @@
 
 #include "layfigure/app/arguments.h"
 #include "layfigure/app/messages.h"
+#include "layfigure/app/results.h"
 #include "layfigure/messaging/protocol.h"
 
 namespace layfigure::app {
-namespace {
-
-constexpr double kMaxGain = 1e9;    // [N/m], [N s/m]
-constexpr double kMaxOffset = 1e3;  // [m] of a held point from its bone
-
-void add_result(reply_t& reply, std::string name, std::vector<double> values) {
-  argument_t result{};
-  result.name = std::move(name);
-  result.value_count = static_cast<std::int32_t>(values.size());
-  result.values = std::move(values);
-  reply.results.push_back(std::move(result));
-  reply.result_count = static_cast<std::int32_t>(reply.results.size());
-}
-
-int pointer_argument(const Arguments& arguments) {
-  return static_cast<int>(arguments.integer("pointer", 0, messaging::kMaxPointers - 1).value_or(0));
-}
-
-bool mode_argument(const Arguments& arguments) {
-  const std::string mode = arguments.text("mode").value_or("3dof");
-  if (mode != "3dof" && mode != "6dof") throw Refusal("argument 'mode' is '" + mode + "', expected 3dof or 6dof");
-  return mode == "6dof";
-}
-
-}  // namespace
 
 CommandProcessor::CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink,
                                    std::int64_t server_id)
     : simulation_(simulation), poses_(poses), sink_(sink), server_id_(server_id), mesh_(simulation.doll().rig) {}
 
 const CommandProcessor::Entry* CommandProcessor::find(std::string_view name) {
-  static constexpr std::array<Entry, 8> kCommands{{{"grab", &CommandProcessor::grab},
-                                                   {"release", &CommandProcessor::release},
-                                                   {"key", &CommandProcessor::key},
-                                                   {"reset", &CommandProcessor::reset},
-                                                   {"step", &CommandProcessor::step},
-                                                   {"get_character", &CommandProcessor::get_character},
-                                                   {"get_mesh", &CommandProcessor::get_mesh},
-                                                   {"shutdown", &CommandProcessor::shutdown}}};
+  static constexpr std::array<Entry, 12> kCommands{{{"grab", &CommandProcessor::grab},
+                                                    {"touch", &CommandProcessor::touch},
+                                                    {"release", &CommandProcessor::release},
+                                                    {"pin", &CommandProcessor::pin},
+                                                    {"unpin", &CommandProcessor::unpin},
+                                                    {"set", &CommandProcessor::set},
+                                                    {"key", &CommandProcessor::key},
+                                                    {"reset", &CommandProcessor::reset},
+                                                    {"step", &CommandProcessor::step},
+                                                    {"get_character", &CommandProcessor::get_character},
+                                                    {"get_mesh", &CommandProcessor::get_mesh},
+                                                    {"shutdown", &CommandProcessor::shutdown}}};
   const auto* found = std::ranges::find(kCommands, name, &Entry::name);
   return found == kCommands.end() ? nullptr : found;
 }
@@ -91,30 +71,6 @@ void CommandProcessor::carry_out(const command_t& command, reply_t& reply) {
   (this->*entry->action)(command, reply);
 }
 
-void CommandProcessor::grab(const command_t& command, reply_t& reply) {
-  const Arguments arguments(command, {"pointer", "bone", "point", "stiffness", "damping", "mode"});
-  const std::optional<std::string> bone = arguments.text("bone");
-  if (!bone) throw Refusal("grab needs the argument 'bone'");
-  GrabRequest request;
-  request.pointer = pointer_argument(arguments);
-  request.bone = find_bone(*bone);
-  request.point = arguments.vector("point", kMaxOffset);
-  request.stiffness = arguments.number("stiffness", 0.0, kMaxGain);
-  request.damping = arguments.number("damping", 0.0, kMaxGain);
-  request.holds_rotation = mode_argument(arguments);
-  const Eigen::Vector3d held = simulation_.grab(request);
-  const dynamics::Coupling& coupling = simulation_.pointers().at(request.pointer).grip()->coupling;
-  add_result(reply, "joint", {static_cast<double>(request.bone)});
-  add_result(reply, "position", {held.x(), held.y(), held.z()});
-  add_result(reply, "stiffness", {coupling.stiffness});
-  add_result(reply, "damping", {coupling.damping});
-}
-
-void CommandProcessor::release(const command_t& command, reply_t&) {
-  const Arguments arguments(command, {"pointer"});
-  simulation_.release(pointer_argument(arguments));
-}
-
 void CommandProcessor::key(const command_t& command, reply_t& reply) {
   const Arguments arguments(command, {});
   add_result(reply, "time_us", {static_cast<double>(simulation_.time_us())});
@@ -147,7 +103,7 @@ void CommandProcessor::step(const command_t& command, reply_t& reply) {
 
 void CommandProcessor::require_pointer_message(const command_t& command, std::int64_t pointer,
                                                std::int64_t sequence) const {
-  for (const auto& [id, known] : simulation_.pointers()) {
+  for (const auto& [id, known] : simulation_.inputs()) {
     if (id == pointer && known.client_id() == command.client_id && known.sequence() >= sequence) return;
   }
   throw Refusal("pointer " + std::to_string(pointer) + ": message " + std::to_string(sequence) +

@@ -61,6 +61,18 @@ joint_t make_joint(const doll::Doll& doll, std::size_t index) {
   return joint;
 }
 
+const char* tool_name(haptics::Tool tool) {
+  switch (tool) {
+    case haptics::Tool::kNone:
+      return "none";
+    case haptics::Tool::kGrab:
+      return "grab";
+    case haptics::Tool::kTouch:
+      return "touch";
+  }
+  return "";
+}
+
 /// The fields that every message of a server begins with.
 template <class Message>
 Message begin_message(const Simulation& simulation, std::int64_t server_id) {
@@ -113,17 +125,23 @@ force_t make_force(const Simulation& simulation, std::int64_t server_id, std::in
   auto message = begin_message<force_t>(simulation, server_id);
   message.sequence = sequence;
   message.pointer = id;
+  message.tool = tool_name(pointer.tool());
   message.joint = -1;
   fill(message.position, pointer.pose().position);
   fill(message.target, pointer.pose().position);
   if (!pointer.grip()) return message;
   const Grip& grip = *pointer.grip();
   message.attached = true;
-  message.joint = grip.bone;
+  const std::optional<haptics::Fingertip>& fingertip = pointer.fingertip();
+  message.contact = !fingertip || fingertip->touched.contact;
+  message.joint = fingertip ? simulation.hands().bone_of(fingertip->touched.body) : grip.bone;
   fill(message.position, simulation.held_pose(grip).position);
   fill(message.target, pointer.pose().position + grip.position_offset);
   fill(message.force, grip.force.force);
   fill(message.torque, grip.force.torque);
+  const dynamics::BodyForce on_hand = pointer.force_on_hand();
+  fill(message.hand_force, on_hand.force);
+  fill(message.hand_torque, on_hand.torque);
   return message;
 }
 

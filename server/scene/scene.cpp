@@ -1,7 +1,12 @@
 #include "layfigure/scene/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace layfigure::scene {
@@ -33,6 +38,38 @@ collision::WorldDefinition world_definition(const SceneDefinition& definition) {
   return world;
 }
 
+/// Radius of each body's pad [m]; 0: none.
+std::vector<double> pad_radii(const SceneDefinition& definition) {
+  std::vector<double> radii(definition.model.bodies.size(), 0.0);
+  for (const Pad& pad : definition.pads) {
+    if (pad.body < 0 || pad.body >= static_cast<int>(radii.size())) {
+      throw std::invalid_argument("a pad is on body " + std::to_string(pad.body) + ", expected 0 to " +
+                                  std::to_string(static_cast<int>(radii.size()) - 1));
+    }
+    if (!(pad.radius >= 0.0 && std::isfinite(pad.radius))) {
+      throw std::invalid_argument("the pad of body '" + definition.model.bodies[pad.body].name + "' has radius " +
+                                  std::to_string(pad.radius) + " m, expected 0 or more");
+    }
+    radii[pad.body] = std::max(radii[pad.body], pad.radius);
+  }
+  return radii;
+}
+
+std::pair<int, int> ordered(int a, int b) { return std::minmax(a, b); }
+
+/// Unit vectors across the normal, evenly about it.
+std::array<Eigen::Vector3d, kPadPoints> around(const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d other = std::abs(normal.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d x = normal.cross(other).normalized();
+  const Eigen::Vector3d y = normal.cross(x);
+  std::array<Eigen::Vector3d, kPadPoints> directions;
+  for (int k = 0; k < kPadPoints; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / kPadPoints;
+    directions[k] = std::cos(angle) * x + std::sin(angle) * y;
+  }
+  return directions;
+}
+
 Eigen::Vector3d in_body(const std::vector<BodyPose>& poses, int body, const Eigen::Vector3d& point) {
   if (body == collision::kWorldBody) return point;
   return poses[body].rotation.conjugate() * (point - poses[body].origin);
@@ -47,12 +84,14 @@ std::uint64_t key_of(const collision::ContactPoint& point) {
   return key;
 }
 
-dynamics::Contact contact_of(const collision::ContactPoint& point, const std::vector<BodyPose>& poses) {
+/// With both points moved by `shift` [m], world.
+dynamics::Contact contact_of(const collision::ContactPoint& point, const std::vector<BodyPose>& poses,
+                             const Eigen::Vector3d& shift) {
   dynamics::Contact contact;
   contact.body_a = point.body_a;
   contact.body_b = point.body_b == collision::kWorldBody ? dynamics::kWorld : point.body_b;
-  contact.point_a = in_body(poses, point.body_a, point.p_Wa);
-  contact.point_b = in_body(poses, point.body_b, point.p_Wb);
+  contact.point_a = in_body(poses, point.body_a, point.p_Wa + shift);
+  contact.point_b = in_body(poses, point.body_b, point.p_Wb + shift);
   contact.normal = point.normal_W;
   contact.friction = point.friction;
   contact.key = key_of(point);
@@ -64,14 +103,19 @@ dynamics::Contact contact_of(const collision::ContactPoint& point, const std::ve
 struct Scene::Data {
   explicit Data(SceneDefinition definition)
       : radii(scene::radii(definition)),
+        pads(pad_radii(definition)),
         world(world_definition(definition)),
         model(std::move(definition.model)),
         workspace(model) {}
 
   void move(dynamics::State& state, double h);
+  void place();
   void collect_contacts();
+  void add_contact(const collision::ContactPoint& point);
+  [[nodiscard]] double pad_of(const collision::ContactPoint& point) const;
 
   std::vector<double> radii;
+  std::vector<double> pads;
   collision::World world;
   dynamics::Model model;
   dynamics::Workspace workspace;
@@ -80,26 +124,56 @@ struct Scene::Data {
   std::vector<collision::Pose> X_WB;
   std::vector<double> reach;
   std::vector<dynamics::Contact> contacts;
+  std::vector<int> first_contact;                ///< of each point of the world, and the end
+  std::vector<std::pair<int, int>> let_through;  ///< sorted
 };
+
+/// The world's poses are those of `poses`.
+void Scene::Data::place() {
+  X_WB.resize(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) X_WB[i] = {.rotation = poses[i].rotation, .position = poses[i].origin};
+}
 
 /// Poses at the beginning of a step of length h, and how far each body's surface gets in it: as fast as it is, and
 /// falling for as long.
 void Scene::Data::move(dynamics::State& state, double h) {
   world_poses(model, state, poses);
   world_velocities(model, state, workspace, poses, velocities);
-  X_WB.resize(poses.size());
+  place();
   reach.resize(poses.size());
   const double fall = h * h * model.gravity().norm();
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    X_WB[i] = {.rotation = poses[i].rotation, .position = poses[i].origin};
     if (radii[i] == 0.0) continue;
     reach[i] = h * (velocities[i].linear.norm() + velocities[i].angular.norm() * radii[i]) + fall;
   }
 }
 
+double Scene::Data::pad_of(const collision::ContactPoint& point) const {
+  return std::max(pads[point.body_a], point.body_b == collision::kWorldBody ? 0.0 : pads[point.body_b]);
+}
+
+void Scene::Data::add_contact(const collision::ContactPoint& point) {
+  if (std::binary_search(let_through.begin(), let_through.end(), ordered(point.body_a, point.body_b))) return;
+  const double pad = pad_of(point);
+  if (pad == 0.0) {
+    contacts.push_back(contact_of(point, poses, Eigen::Vector3d::Zero()));
+    return;
+  }
+  std::uint64_t name = 0;
+  for (const Eigen::Vector3d& direction : around(point.normal_W)) {
+    contacts.push_back(contact_of(point, poses, pad * direction));
+    contacts.back().key += name++;
+  }
+}
+
 void Scene::Data::collect_contacts() {
   contacts.clear();
-  for (const collision::ContactPoint& point : world.contacts()) contacts.push_back(contact_of(point, poses));
+  first_contact.clear();
+  for (const collision::ContactPoint& point : world.contacts()) {
+    first_contact.push_back(static_cast<int>(contacts.size()));
+    add_contact(point);
+  }
+  first_contact.push_back(static_cast<int>(contacts.size()));
 }
 
 Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition))) {}
@@ -129,10 +203,41 @@ SceneReport Scene::step(dynamics::State& state, const dynamics::Inputs& inputs, 
 }
 
 std::span<const collision::ContactPoint> Scene::contacts() const { return data_->world.contacts(); }
-const Eigen::Vector3d& Scene::contact_force(int index) const { return data_->workspace.contact_force(index); }
+
+Eigen::Vector3d Scene::contact_force(int index) const {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (int k = data_->first_contact[index]; k < data_->first_contact[index + 1]; ++k) {
+    force += data_->workspace.contact_force(k);
+  }
+  return force;
+}
+
 const dynamics::BodyForce& Scene::coupling_force(int index) const { return data_->workspace.coupling_force(index); }
 const dynamics::BodyForce& Scene::tie_force(int index) const { return data_->workspace.tie_force(index); }
 const Eigen::Vector3d& Scene::drive_torque(int index) const { return data_->workspace.drive_torque(index); }
+
+void Scene::let_through(std::span<const std::pair<int, int>> pairs) {
+  data_->let_through.clear();
+  for (const auto& [a, b] : pairs) data_->let_through.push_back(ordered(a, b));
+  std::sort(data_->let_through.begin(), data_->let_through.end());
+}
+
+double Scene::depth_of(const dynamics::State& state, int body) {
+  Data& data = *data_;
+  if (!data.world.active()) return 0.0;
+  data.world.forget();
+  world_poses(data.model, state, data.poses);
+  data.place();
+  double deepest = 0.0;
+  if (data.world.update(data.X_WB).status == collision::UpdateStatus::kOk) {
+    for (const collision::ContactPoint& point : data.world.contacts()) {
+      if (point.body_a == body || point.body_b == body) deepest = std::max(deepest, -point.gap);
+    }
+  }
+  data.world.forget();
+  return deepest;
+}
+
 void Scene::forget() { data_->world.forget(); }
 
 }  // namespace layfigure::scene

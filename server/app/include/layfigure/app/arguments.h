@@ -26,6 +26,7 @@ class Arguments {
   /// Refuses arguments whose names are not among `names`, and any that comes twice. `command` must outlive this.
   Arguments(const command_t& command, std::initializer_list<std::string_view> names);
 
+  [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
   [[nodiscard]] std::optional<std::string> text(std::string_view name) const;
   /// One finite number in [min, max].
   [[nodiscard]] std::optional<double> number(std::string_view name, double min, double max) const;
@@ -33,6 +34,10 @@ class Arguments {
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view name, std::int64_t min, std::int64_t max) const;
   /// Three finite numbers, each at most `max` in size.
   [[nodiscard]] std::optional<Eigen::Vector3d> vector(std::string_view name, double max) const;
+  /// 0 or 1.
+  [[nodiscard]] std::optional<bool> flag(std::string_view name) const;
+  /// So many finite numbers, each at most `max` in size. Empty if the argument is not there.
+  [[nodiscard]] std::span<const double> numbers(std::string_view name, int count, double max) const;
   /// Numbers of any count, each a whole number in [0, 2^53]. Empty if the argument is not there.
   [[nodiscard]] std::span<const double> integers(std::string_view name) const;
 

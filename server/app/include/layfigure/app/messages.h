@@ -26,7 +26,7 @@ namespace layfigure::app {
 [[nodiscard]] pose_t make_pose(const Simulation& simulation, std::int64_t server_id, std::int64_t sequence,
                                doll::SkeletonPose& skeleton);
 
-/// What pointer `id` exerts on the doll. `sequence` is that of the pose it belongs to.
+/// What pointer `id` exerts, and what its hand is to feel. `sequence` is that of the pose it belongs to.
 [[nodiscard]] force_t make_force(const Simulation& simulation, std::int64_t server_id, std::int64_t sequence, int id,
                                  const Pointer& pointer);
 

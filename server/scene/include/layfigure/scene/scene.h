@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <utility>
@@ -13,12 +14,33 @@
 
 namespace layfigure::scene {
 
+/// Points that a soft body's contact is spread over: the fewest that resist tilting the same way about all axes.
+inline constexpr int kPadPoints = 3;
+
+/// A body that touches like a soft fingertip: not at a point but with a pad, which resists spin about the normal too.
+///
+/// Each of its contact points p becomes kPadPoints of them, evenly on the circle of radius r about p in the plane of
+/// contact, all with p's gap, normal n and coefficient mu: the pad lies against whatever curvature it meets. They share
+/// p's normal force N. The friction that they can exert, force f in the plane and torque t about n, is bounded by the
+/// limit surface of most dissipation: with v the pad's slip and w its spin, t_i the tangents of the circle,
+///     f . v + t w  <=  mu sum N_i |v + w r t_i|
+/// Slip without spin begins at |f| = mu N, however N is shared out; spin without slip at |t| = mu N r. Between these,
+/// by Jensen's inequality, the surface lies within the ellipsoid |f|^2 + (t / r)^2 = (mu N)^2 (Howe & Cutkosky 1996,
+/// "Practical force-motion models for sliding manipulation", IJRR 15(6)), which is the usual model of a soft finger, by
+/// at most 18 % where N is shared evenly. A tilt about an axis in the plane is resisted with up to N r / 2 before a
+/// point lifts: the pad rolls after that.
+struct Pad {
+  int body{0};
+  double radius{0.0};  ///< r [m], >= 0; of a disc of even pressure: 2/3 of the disc's
+};
+
 /// Jointed bodies and what they can touch.
 struct SceneDefinition {
   dynamics::ModelDefinition model;
   std::vector<collision::ShapeDefinition> shapes;  ///< on the model's bodies, or on what does not move
   /// Bodies that never meet, beside those that share a joint: neighbours' shapes overlap.
   std::vector<std::pair<int, int>> excluded;
+  std::vector<Pad> pads{};  ///< where two meet the larger radius holds
 };
 
 struct SceneReport {
@@ -36,7 +58,7 @@ struct SceneReport {
 /// One per thread. Copy a State to save it; after restoring one call forget().
 class Scene {
  public:
-  /// Throws std::invalid_argument that names the body or shape, the value and the allowed range.
+  /// Throws std::invalid_argument that names the body, shape or pad, the value and the allowed range.
   explicit Scene(SceneDefinition definition);
   ~Scene();
   Scene(Scene&&) noexcept;
@@ -51,11 +73,18 @@ class Scene {
 
   /// Those of the last step, as they were at its beginning: touching, or near enough to touch within it.
   [[nodiscard]] std::span<const collision::ContactPoint> contacts() const;
-  /// What contact `index` exerted on its body a, world [N].
-  [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const;
+  /// What contact `index` exerted on its body a, world [N]; a pad's whole force.
+  [[nodiscard]] Eigen::Vector3d contact_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& coupling_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& tie_force(int index) const;
   [[nodiscard]] const Eigen::Vector3d& drive_torque(int index) const;
+
+  /// These pairs of bodies go through each other from now on, all others touch: for what a tie holds together already.
+  /// Allocates.
+  void let_through(std::span<const std::pair<int, int>> pairs);
+
+  /// How deep the body lies in others in this state [m]; 0: not at all. As forget() beside it; O(n).
+  [[nodiscard]] double depth_of(const dynamics::State& state, int body);
 
   /// Drops what contacts remember from step to step: what follows depends on the state alone, bit for bit.
   void forget();

@@ -1,21 +1,17 @@
-#include "layfigure/app/pointer.h"
+#include "layfigure/haptics/pointer.h"
 
-#include <algorithm>
 #include <cassert>
 #include <utility>
 
 #include "layfigure/math/rotation.h"
 
-namespace layfigure::app {
+namespace layfigure::haptics {
 
-void Pointer::receive(const PointerPose& pose, std::string client_id, std::int64_t sequence, std::int64_t step,
-                      double longest_interval) {
-  const double interval = std::clamp(static_cast<double>(step - received_at_step_), 1.0, longest_interval);
-  message_interval_ = sequence_ == 0 ? interval : 0.5 * (message_interval_ + interval);
-  newest_ = pose;
-  client_id_ = std::move(client_id);
-  sequence_ = sequence;
-  received_at_step_ = step;
+void Pointer::receive(const PointerPose& hand) {
+  assert(hand.position.allFinite() && hand.rotation.coeffs().allFinite());
+  map_.receive(hand);
+  newest_ = map_.world();
+  has_pose_ = true;
   if (!grip_) pose_ = newest_;
 }
 
@@ -28,8 +24,16 @@ void Pointer::glide(std::int64_t steps) {
   glide_done_ = 0;
 }
 
+void Pointer::set_clutch(bool held) { map_.set_clutch(held); }
+
+void Pointer::set_base(const PointerPose& base) {
+  assert(!grip_);
+  map_.set_base(base);
+  if (has_pose_) pose_ = newest_ = map_.world();
+}
+
 void Pointer::attach(Grip grip, const PointerPose& held) {
-  if (sequence_ == 0) {
+  if (!has_pose_) {
     pose_.position = held.position;
     newest_ = pose_;
   }
@@ -39,8 +43,22 @@ void Pointer::attach(Grip grip, const PointerPose& held) {
   glide_done_ = glide_steps_;
 }
 
+void Pointer::touch(const FingertipDefinition& fingertip, const dynamics::Coupling& coupling) {
+  fingertip_ = Fingertip{.definition = fingertip};
+  grip_ = Grip{};
+  grip_->coupling = coupling;
+  glide_done_ = glide_steps_;
+}
+
+void Pointer::set_fingertip_body(int body) {
+  assert(fingertip_ && grip_);
+  grip_->coupling.body = body;
+  if (fingertip_->bond) fingertip_->bond->body_a = body;
+}
+
 void Pointer::detach() {
   grip_.reset();
+  fingertip_.reset();
   pose_ = newest_;
 }
 
@@ -70,4 +88,9 @@ void Pointer::finish_step(const dynamics::BodyForce& force) {
   pose_.rotation = math::exp_rotation(fraction * glide_turn_) * glide_from_.rotation;
 }
 
-}  // namespace layfigure::app
+dynamics::BodyForce Pointer::force_on_hand() const {
+  if (!grip_) return {};
+  return map_.to_hand({.force = -grip_->force.force, .torque = -grip_->force.torque});
+}
+
+}  // namespace layfigure::haptics

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+
+#include "layfigure/collision/shapes.h"
+#include "layfigure/dynamics/model.h"
+#include "layfigure/dynamics/step.h"
+#include "layfigure/haptics/pointer_pose.h"
+
+namespace layfigure::haptics {
+
+/// Of an adult's index finger [m]: its breadth is 16 to 20 mm.
+inline constexpr double kFingertipRadius = 0.008;
+inline constexpr double kMinFingertipRadius = 1e-3;
+inline constexpr double kMaxFingertipRadius = 0.1;
+
+/// Of the last bone of a finger with its flesh [kg]. Little beside any body of a doll that a hand can hold, so that the
+/// doll does not feel it, and not so little that the contact's rows would be of different size. It has no weight: the
+/// hand carries that.
+inline constexpr double kFingertipMass = 0.010;
+
+/// The pad's circle (scene::Pad) beside the fingertip's radius. A finger that presses with some newtons flattens to a
+/// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it.
+inline constexpr double kPadShare = 0.5;
+
+/// Of dry skin on smooth plastic or wood; 0.5 to 1.5 are measured at a few newtons.
+inline constexpr double kFingertipFriction = 1.0;
+inline constexpr double kMaxFriction = 10.0;
+
+/// From the tip to the knuckle about which a finger gives way [m]: the spring that turns it is the spring that moves it
+/// times this squared.
+inline constexpr double kKnuckleDistance = 0.05;
+
+/// A fingertip: a ball with a pad, held by a 6-DOF coupling to its pointer.
+struct FingertipDefinition {
+  double radius{kFingertipRadius};      ///< [m], kMinFingertipRadius to kMaxFingertipRadius
+  double friction{kFingertipFriction};  ///< 0 to kMaxFriction; a contact takes the geometric mean with the doll's
+  bool magnet{false};                   ///< sticks to what it touches, see Hands::set_magnet
+};
+
+/// A free root of the doll's model at `pose`.
+[[nodiscard]] dynamics::BodyDefinition fingertip_body(int pointer, const FingertipDefinition& fingertip,
+                                                      const PointerPose& pose);
+/// Its shape on body `body`.
+[[nodiscard]] collision::ShapeDefinition fingertip_shape(int pointer, const FingertipDefinition& fingertip, int body);
+
+/// What holds it: gains of translation, and those of rotation from kKnuckleDistance.
+[[nodiscard]] dynamics::Coupling fingertip_coupling(double stiffness, double damping);
+
+}  // namespace layfigure::haptics

@@ -1,0 +1,35 @@
+#include "layfigure/haptics/softness.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace layfigure::haptics {
+
+void Softness::set(double factor) {
+  assert(factor >= 0.0 && factor <= kMaxSoftness);
+  whole_ = factor;
+  std::fill(own_.begin(), own_.end(), std::nullopt);
+}
+
+void Softness::set(int body, double factor) {
+  assert(factor >= 0.0 && factor <= kMaxSoftness);
+  own_[body] = factor;
+}
+
+void Softness::apply(bool held, const dynamics::Model& model, dynamics::State& state) {
+  const std::size_t count = own_.size();
+  if (held && saved_.empty()) {
+    for (std::size_t i = 0; i < count; ++i) saved_.push_back(state.bodies[i].yield_scale);
+  }
+  if (saved_.empty()) return;
+  const auto wanted = [&](std::size_t i) { return held ? saved_[i] * factor(static_cast<int>(i)) : saved_[i]; };
+  bool changes = false;
+  for (std::size_t i = 0; i < count; ++i) changes = changes || state.bodies[i].yield_scale != wanted(i);
+  if (changes) {
+    dynamics::wake(model, state);
+    for (std::size_t i = 0; i < count; ++i) state.bodies[i].yield_scale = wanted(i);
+  }
+  if (!held) saved_.clear();
+}
+
+}  // namespace layfigure::haptics
