@@ -1,0 +1,38 @@
+#pragma once
+
+#include "layfigure/haptics/hands.h"
+
+namespace layfigure::haptics {
+
+constexpr double kStep = 1e-3;
+constexpr double kPinchStiffness = 1000.0;  // [N/m] of each fingertip
+
+[[nodiscard]] PointerPose at(const Eigen::Vector3d& position);
+
+/// So many steps; each must be done.
+void run(Hands& hands, int steps);
+
+/// Two fingertips, of pointers 0 and 1, at a limb of kLimbRadius along x, from +y and -y. `squeeze` is how far each
+/// pointer is behind the place where its fingertip just touches [m].
+class Pinch {
+ public:
+  /// Brings them out beside the limb, whose middle is at `middle`.
+  Pinch(Hands& hands, const Eigen::Vector3d& middle, const FingertipDefinition& fingertip = {});
+
+  /// Where pointer `id` squeezes so far, moved by `shift`.
+  void aim(int id, double squeeze, const Eigen::Vector3d& shift = Eigen::Vector3d::Zero());
+  /// Both, over so many steps that are to come.
+  void glide_to(double squeeze, int steps, const Eigen::Vector3d& shift = Eigen::Vector3d::Zero());
+  /// The normal force of pointer `id` [N].
+  [[nodiscard]] double pressure(int id) const;
+
+ private:
+  Hands& hands_;
+  Eigen::Vector3d middle_;
+  double contact_distance_;
+};
+
+/// Where the fingertip is in the frame of body `body`.
+[[nodiscard]] Eigen::Vector3d fingertip_in_body(const Hands& hands, int pointer, int body);
+
+}  // namespace layfigure::haptics

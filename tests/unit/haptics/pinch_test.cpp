@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pinch.h"
+#include "pinched_doll.h"
+
+namespace layfigure::haptics {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr Eigen::Index kZ = 2;
+const Eigen::Vector3d kMiddle(0, 0, 1);
+const double kMu = std::sqrt(kFingertipFriction * 0.5);  // with a shape of friction 0.5
+constexpr double kCone = 0.02;                           // what the slip threshold may be off by
+
+TEST(Pinch, HeldByFriction_CarriesTheLimb) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  pinch.glide_to(0.01, 20);
+  run(hands, 2000);
+  EXPECT_NEAR(pinch.pressure(0), 0.01 * kPinchStiffness, 0.01);
+  EXPECT_NEAR(pinch.pressure(1), pinch.pressure(0), 1e-6);
+  for (const int id : {0, 1}) {
+    const Pointer& pointer = hands.pointers().at(id);
+    EXPECT_TRUE(pointer.fingertip()->touched.contact);
+    EXPECT_EQ(pointer.fingertip()->touched.body, 0);
+    // Its own weight it does not feel: each carries half of the limb's.
+    EXPECT_NEAR(pointer.grip()->force.force.z(), 0.5 * testing::kLimbMass * kGravity, 1e-3);
+    EXPECT_NEAR(pointer.fingertip()->touched.force.z(), -0.5 * testing::kLimbMass * kGravity, 1e-3);
+  }
+}
+
+TEST(Pinch, Lifted_TakesTheLimbAlong) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  pinch.glide_to(0.01, 20);
+  run(hands, 500);
+  const Eigen::Vector3d before = fingertip_in_body(hands, 0, 0);
+  pinch.glide_to(0.01, 1000, {0.05, 0.02, 0.2});
+  run(hands, 2000);
+  EXPECT_NEAR(hands.state().bodies[0].position.z(), 1.2, 0.005);
+  EXPECT_NEAR(hands.state().bodies[0].position.x(), 0.05, 0.002);
+  EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-4);
+}
+
+/// The pressure at which the limb slides out of fingers that open slowly.
+double pressure_at_slip(double friction) {
+  Hands hands(testing::pinched_limb(), kStep);
+  const FingertipDefinition fingertip{.friction = friction};
+  Pinch pinch(hands, kMiddle, fingertip);
+  double squeeze = 3.0 * testing::kLimbMass * kGravity / (std::sqrt(0.5 * friction) * kPinchStiffness);
+  pinch.glide_to(squeeze, 20);
+  run(hands, 1000);
+  const double before = fingertip_in_body(hands, 0, 0)[kZ];
+  constexpr double kOpening = 1e-7;  // [m] in a step: 0.1 N/s
+  constexpr double kSlid = 5e-4;     // [m]; before it slips the pad rolls by a tenth of this
+  constexpr int kInterval = 10;
+  while (squeeze > 0.0 && fingertip_in_body(hands, 0, 0)[kZ] - before < kSlid) {
+    squeeze -= kInterval * kOpening;
+    pinch.glide_to(squeeze, kInterval);
+    run(hands, kInterval);
+  }
+  return pinch.pressure(0);
+}
+
+TEST(Pinch, OpenedSlowly_SlipsAtTheCone) {
+  for (const double friction : {0.5, 1.0, 2.0}) {
+    const double expected = 0.5 * testing::kLimbMass * kGravity / std::sqrt(0.5 * friction);
+    EXPECT_NEAR(pressure_at_slip(friction), expected, kCone * expected) << friction;
+  }
+}
+
+/// By how much the limb has turned about the line between the fingers after two seconds, its com off by so much.
+double turn_of(double off_center, double squeeze) {
+  Hands hands(testing::pinched_limb(off_center), kStep);
+  Pinch pinch(hands, kMiddle);
+  pinch.glide_to(squeeze, 20);
+  run(hands, 2000);
+  return hands.state().bodies[0].rotation.angularDistance(Eigen::Quaterniond::Identity());
+}
+
+TEST(Pinch, OffCenter_IsHeldByTheTorsionOfThePads) {
+  constexpr double kSqueeze = 0.01;
+  const double pressure = kSqueeze * kPinchStiffness;
+  const double radius = kPadShare * kFingertipRadius;
+  const double most = 2.0 * kMu * pressure * radius / (testing::kLimbMass * kGravity);  // without a weight to carry
+  EXPECT_LT(turn_of(0.5 * most, kSqueeze), 0.02);
+  EXPECT_GT(turn_of(1.05 * most, kSqueeze), 0.2);
+}
+
+TEST(Pinch, HandsThatTremble_DoNotLetItCreep) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  pinch.glide_to(0.01, 20);
+  run(hands, 1000);
+  const Eigen::Vector3d before = fingertip_in_body(hands, 0, 0);
+  int moving = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const double t = 0.01 * k;
+    // A hand's tremor: a few tenths of a millimetre at 8 to 12 Hz.
+    pinch.glide_to(0.01 + 2e-4 * std::sin(70.0 * t), 10,
+                   3e-4 * Eigen::Vector3d(std::sin(55.0 * t), 0, std::cos(63.0 * t)));
+    run(hands, 10);
+    moving += hands.state().rest.resting ? 0 : 1;
+  }
+  EXPECT_EQ(moving, 1000);
+  pinch.glide_to(0.01, 10);
+  run(hands, 1000);
+  EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-6);
+}
+
+TEST(Pinch, LeftAlone_RestsAndDoesNotMove) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  pinch.glide_to(0.01, 20);
+  run(hands, 1000);
+  ASSERT_TRUE(hands.state().rest.resting);
+  const Eigen::Vector3d before = hands.state().bodies[0].position;
+  run(hands, 5000);
+  EXPECT_EQ(hands.state().bodies[0].position, before);
+}
+
+TEST(Pinch, SameCalls_SameBits) {
+  const auto play = [] {
+    Hands hands(testing::thick_doll(), kStep);
+    Pinch pinch(hands, {0.5, 0, 1});
+    pinch.glide_to(0.01, 100);
+    run(hands, 200);
+    pinch.glide_to(0.01, 300, {0, 0.02, 0.1});
+    run(hands, 500);
+    return hands.state();
+  };
+  const dynamics::State first = play();
+  const dynamics::State second = play();
+  for (std::size_t i = 0; i < first.bodies.size(); ++i) {
+    EXPECT_EQ(first.bodies[i].rotation.coeffs(), second.bodies[i].rotation.coeffs());
+    EXPECT_EQ(first.bodies[i].position, second.bodies[i].position);
+    EXPECT_EQ(first.bodies[i].linear_momentum, second.bodies[i].linear_momentum);
+  }
+}
+
+TEST(Pinch, ArmOfADoll_IsLiftedPastItsYield) {
+  Hands hands(testing::thick_doll(), kStep);
+  run(hands, 2000);
+  std::vector<dynamics::BodyPose> poses;
+  dynamics::world_poses(hands.model(), hands.state(), poses);
+  Pinch pinch(hands, poses[2].com);
+  pinch.glide_to(0.03, 300);
+  run(hands, 500);
+  pinch.glide_to(0.03, 1500, {-0.03, 0, 0.12});
+  int yielding = 0;
+  for (int k = 0; k < 2500; ++k) yielding = std::max(yielding, hands.step().yielding);
+  EXPECT_GT(yielding, 0);
+  for (const int id : {0, 1}) hands.release(id);
+  run(hands, 3000);
+  dynamics::world_poses(hands.model(), hands.state(), poses);
+  EXPECT_GT(poses[2].com.z(), 1.03) << "it stays up";
+}
+
+}  // namespace
+}  // namespace layfigure::haptics
