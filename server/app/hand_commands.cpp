@@ -152,16 +152,17 @@ void CommandProcessor::unpin(const command_t& command, reply_t&) {
 }
 
 void CommandProcessor::set(const command_t& command, reply_t&) {
-  const Arguments arguments(command, {"pointer", "scale", "clutch", "base", "magnet", "softness", "bone"});
+  const Arguments arguments(command, {"pointer", "scale", "power_scale", "clutch", "base", "magnet", "softness", "bone"});
   HandSettings settings;
   settings.scale = arguments.number("scale", haptics::kMinScale, haptics::kMaxScale);
+  settings.power_scale = arguments.number("power_scale", haptics::kMinPowerScale, haptics::kMaxPowerScale);
   settings.clutch = arguments.flag("clutch");
   settings.base = pose_argument(arguments, "base");
   settings.magnet = arguments.flag("magnet");
   settings.softness = arguments.number("softness", 0.0, haptics::kMaxSoftness);
-  const bool of_pointer = settings.scale || settings.clutch || settings.base || settings.magnet;
+  const bool of_pointer = settings.scale || settings.power_scale || settings.clutch || settings.base || settings.magnet;
   if (!of_pointer && !settings.softness)
-    throw Refusal("set needs something to set: scale, clutch, base, magnet or softness");
+    throw Refusal("set needs something to set: scale, power_scale, clutch, base, magnet or softness");
   if (!of_pointer) refuse_if_given(arguments, {"pointer"}, "does not go with softness, which is the doll's");
   settings.pointer = pointer_argument(arguments);
   if (const std::optional<std::string> bone = arguments.text("bone")) {

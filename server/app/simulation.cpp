@@ -19,8 +19,17 @@ double clock_us(clockid_t clock) {
 
 }  // namespace
 
-Simulation::Simulation(doll::Doll doll, const SimulationSettings& settings)
-    : settings_(settings), hands_(std::move(doll), 1.0 / settings.physics_hz), statistics_(settings.physics_hz) {}
+Simulation::Simulation(doll::Doll doll, const SimulationSettings& settings, haptics::DeviceHands devices)
+    : settings_(settings),
+      hands_(std::move(doll), 1.0 / settings.physics_hz),
+      devices_(std::move(devices)),
+      statistics_(settings.physics_hz) {
+  devices_.place_around(hands_);
+}
+
+double Simulation::device_time() const {
+  return settings_.clock == ClockKind::kLockstep ? time() : 1e-6 * clock_us(CLOCK_MONOTONIC);
+}
 
 std::int64_t Simulation::time_us() const {
   return std::llround(static_cast<double>(steps_) * 1e6 / settings_.physics_hz);
@@ -30,12 +39,26 @@ void Simulation::point(int id, const PointerPose& pose, const std::string& clien
   PointerInput& input = inputs_[id];
   if (input.is_old(client_id, sequence)) return;
   input.receive(client_id, sequence, steps_, std::max(1.0, kLongestGlide * settings_.physics_hz));
-  hands_.receive(id, pose);
   resting_ = false;
-  if (settings_.clock == ClockKind::kRealtime) hands_.glide(id, std::llround(input.message_interval()));
+  const bool of_device = devices_.drives(id);
+  if (of_device) {
+    devices_.guide(id, pose, hands_);
+  } else {
+    hands_.receive(id, pose);
+  }
+  if (settings_.clock == ClockKind::kLockstep) return;
+  const std::int64_t steps = std::llround(input.message_interval());
+  if (of_device) {
+    devices_.glide(id, steps);
+  } else {
+    hands_.glide(id, steps);
+  }
 }
 
-void Simulation::begin_motion(std::int64_t steps) { hands_.glide(steps); }
+void Simulation::begin_motion(std::int64_t steps) {
+  hands_.glide(steps);
+  devices_.glide(steps);
+}
 
 Eigen::Vector3d Simulation::grab(const GrabRequest& request) {
   const Eigen::Vector3d held = hands_.grab(request);
@@ -75,6 +98,7 @@ void Simulation::set(const HandSettings& settings) {
   if (settings.bone) hands_.require_joint(*settings.bone);
   if (settings.base) hands_.set_base(settings.pointer, *settings.base);
   if (settings.scale) hands_.set_scale(settings.pointer, *settings.scale);
+  if (settings.power_scale) hands_.set_power_scale(settings.pointer, *settings.power_scale);
   if (settings.clutch) hands_.set_clutch(settings.pointer, *settings.clutch);
   if (settings.magnet) hands_.set_magnet(settings.pointer, *settings.magnet);
   if (settings.softness && settings.bone) {
@@ -95,9 +119,12 @@ void Simulation::reset() {
 
 bool Simulation::advance() {
   if (!failure_.empty()) return false;
+  devices_.follow_buttons(hands_);
   const double cpu_begin = clock_us(CLOCK_THREAD_CPUTIME_ID);
   const double wall_begin = clock_us(CLOCK_MONOTONIC);
+  devices_.begin_step(device_time(), hands_);
   const dynamics::StepReport report = hands_.step();
+  devices_.end_step(device_time(), hands_);
   statistics_.record({clock_us(CLOCK_THREAD_CPUTIME_ID) - cpu_begin, clock_us(CLOCK_MONOTONIC) - wall_begin});
   if (report.status != dynamics::StepStatus::kOk) {
     failure_ = "step " + std::to_string(steps_ + 1) + " would not be finite; reset to go on";
@@ -106,7 +133,7 @@ bool Simulation::advance() {
   ++steps_;
   hands_.set_time(time());
   yielding_joints_ = report.yielding;
-  resting_ = report.resting;
+  resting_ = report.resting && devices_.empty();
   return true;
 }
 

@@ -18,10 +18,7 @@ void WorkspaceMap::set_scale(double scale) {
 }
 
 void WorkspaceMap::set_clutch(bool held) {
-  if (clutched_ && !held) {
-    offset_ = world_.position - scaled(hand_.position);
-    turn_ = (base_ * hand_.rotation).conjugate() * world_.rotation;
-  }
+  if (clutched_ && !held) place(world_);
   clutched_ = held;
 }
 
@@ -33,10 +30,23 @@ void WorkspaceMap::set_base(const PointerPose& base) {
   receive(hand_);
 }
 
+void WorkspaceMap::place(const PointerPose& world) {
+  offset_ = world.position - scaled(hand_.position);
+  turn_ = (base_ * hand_.rotation).conjugate() * world.rotation;
+  clutched_ = false;
+  world_ = world;
+}
+
+PointerPose WorkspaceMap::to_device(const PointerPose& world) const {
+  const Eigen::Quaterniond R_DW = base_.conjugate();
+  return {.position = R_DW * (world.position - offset_) / scale_, .rotation = R_DW * world.rotation * turn_.conjugate()};
+}
+
 dynamics::BodyForce WorkspaceMap::to_hand(const dynamics::BodyForce& on_pointer) const {
   if (clutched_) return {};
   const Eigen::Quaterniond R_DW = base_.conjugate();
-  return {.force = scale_ * (R_DW * on_pointer.force), .torque = R_DW * on_pointer.torque};
+  return {.force = power_scale_ * scale_ * (R_DW * on_pointer.force),
+          .torque = power_scale_ * (R_DW * on_pointer.torque)};
 }
 
 }  // namespace layfigure::haptics

@@ -32,7 +32,8 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///     pin            bone, [point x y z], [mode "3dof" | "6dof"], [hold "stiff" | "rigid"]: fastens the bone to the
 ///                    world where it is; see haptics::Pins -> pin (its number), joint, position (3)
 ///     unpin          [pin, all if left out]
-///     set            of a pointer [pointer 0], any of: scale s, of its translations; clutch 1 (the hand moves freely,
+///     set            of a pointer [pointer 0], any of: scale s, of its translations; power_scale P, of what
+///                    the hand feels beside what the world does; clutch 1 (the hand moves freely,
 ///                    the pointer stays) or 0; base x y z w x y z, the pose of its device in the world; magnet 1 or 0,
 ///                    of a fingertip that is out; see haptics::WorkspaceMap and haptics::Hands::set_magnet.
 ///                    Of the doll: softness f, times the yield torques while any pointer has a tool out, [bone, whose

@@ -12,6 +12,7 @@
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
+#include "layfigure/haptics/device_hands.h"
 #include "layfigure/haptics/hands.h"
 
 namespace layfigure::app {
@@ -38,6 +39,7 @@ struct SimulationSettings {
 struct HandSettings {
   int pointer{0};
   std::optional<double> scale{};      ///< haptics::kMinScale to kMaxScale
+  std::optional<double> power_scale{};  ///< haptics::kMinPowerScale to kMaxPowerScale
   std::optional<bool> clutch{};       ///< held
   std::optional<PointerPose> base{};  ///< X_WD of the pointer's device; needs a pointer without a tool
   std::optional<bool> magnet{};       ///< needs a pointer that touches
@@ -45,16 +47,18 @@ struct HandSettings {
   std::optional<int> bone{};          ///< whose joint the softness is for; all joints' if left out
 };
 
-/// The doll in its hands (haptics::Hands) and simulation time. Single-threaded; knows no messages and no clock.
+/// The doll in its hands (haptics::Hands), the devices that are some of them, and simulation time. Single-threaded; knows
+/// no messages. Devices live in the simulation's time with the lockstep clock, and in the wall clock's with the other.
 class Simulation {
  public:
-  Simulation(doll::Doll doll, const SimulationSettings& settings);
+  Simulation(doll::Doll doll, const SimulationSettings& settings, haptics::DeviceHands devices = {});
 
   [[nodiscard]] const doll::Doll& doll() const { return hands_.doll(); }
   [[nodiscard]] const SimulationSettings& settings() const { return settings_; }
   /// The doll's bodies first, as in its definition; then the fingertips that are out.
   [[nodiscard]] const dynamics::State& state() const { return hands_.state(); }
   [[nodiscard]] const haptics::Hands& hands() const { return hands_; }
+  [[nodiscard]] const haptics::DeviceHands& devices() const { return devices_; }
   [[nodiscard]] const StepStatistics& statistics() const { return statistics_; }
   [[nodiscard]] const std::map<int, Pointer>& pointers() const { return hands_.pointers(); }
   /// Of the pointers that messages have come for.
@@ -65,6 +69,7 @@ class Simulation {
   [[nodiscard]] int yielding_joints() const { return yielding_joints_; }
   [[nodiscard]] dynamics::Energy energy() const { return dynamics::energy(hands_.model(), state()); }
   /// The doll is at rest as a whole, and nothing has happened since that could disturb it: steps would change nothing.
+  /// Never where there are devices, which want to be read.
   [[nodiscard]] bool resting() const { return resting_; }
   /// So many steps pass in which the resting doll stays as it is.
   void rest(std::int64_t steps);
@@ -75,7 +80,8 @@ class Simulation {
   /// A pointer with a tool out moves there at constant velocity: with the realtime clock from now on, over the mean
   /// time between its messages (at least a step, at most 50 ms), so that it lags by about one message, a 60 Hz mouse is
   /// no staircase and a burst of messages no blow; with the lockstep clock over the steps of the next begin_motion().
-  /// Without further messages it stays there, and keeps its tool, until somebody releases it.
+  /// Without further messages it stays there, and keeps its tool, until somebody releases it. What becomes of a message
+  /// for a device's pointer: see haptics::DeviceHands.
   void point(int id, const PointerPose& pose, const std::string& client_id, std::int64_t sequence);
 
   /// Lockstep: the pointers glide to their newest poses over the next `steps` steps, > 0.
@@ -106,9 +112,11 @@ class Simulation {
 
  private:
   [[nodiscard]] double time() const { return static_cast<double>(steps_) / settings_.physics_hz; }
+  [[nodiscard]] double device_time() const;
 
   SimulationSettings settings_;
   haptics::Hands hands_;
+  haptics::DeviceHands devices_;
   std::map<int, PointerInput> inputs_;
   StepStatistics statistics_;
   std::int64_t steps_{0};

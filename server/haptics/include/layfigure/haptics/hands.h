@@ -64,6 +64,8 @@ class Hands {
   [[nodiscard]] const Pins& pins() const { return pins_; }
   [[nodiscard]] const Softness& softness() const { return softness_; }
   void set_time(double time) { touch_.state().time = time; }
+  /// Of a grab or touch that names none [N/m], see grab().
+  [[nodiscard]] double default_stiffness() const;
 
   /// Where the hand of pointer `id` is to be.
   void receive(int id, const PointerPose& hand) { pointers_[id].receive(hand); }
@@ -105,8 +107,11 @@ class Hands {
 
   void set_scale(int pointer, double scale) { pointers_[pointer].set_scale(scale); }
   void set_clutch(int pointer, bool held) { pointers_[pointer].set_clutch(held); }
+  void set_power_scale(int pointer, double scale) { pointers_[pointer].set_power_scale(scale); }
   /// Throws if the pointer has a tool out.
   void set_base(int pointer, const PointerPose& base);
+  /// The pointer, which has no tool out, is at `world` where its hand is now.
+  void place(int pointer, const PointerPose& world) { pointers_[pointer].place(world); }
 
   /// A fingertip with a magnet sticks to the first body of the doll that it touches, by a rigid tie of unlimited force
   /// that holds translation and rotation: it never drops what it holds by accident. It lets go when the magnet is
@@ -140,7 +145,6 @@ class Hands {
   void tools_changed();
   [[nodiscard]] bool any_tool() const;
   [[nodiscard]] dynamics::Coupling make_coupling(const GrabRequest& request) const;
-  [[nodiscard]] double default_stiffness() const;
   void pose_skin();
 
   doll::Doll doll_;

@@ -6,6 +6,7 @@
 #include "layfigure/dynamics/constraints.h"
 #include "layfigure/dynamics/step.h"
 #include "layfigure/haptics/fingertip.h"
+#include "layfigure/haptics/glide.h"
 #include "layfigure/haptics/pointer_pose.h"
 #include "layfigure/haptics/workspace_map.h"
 
@@ -62,6 +63,9 @@ class Pointer {
   void set_clutch(bool held);
   /// Needs a pointer without a tool: it jumps.
   void set_base(const PointerPose& base);
+  void set_power_scale(double scale) { map_.set_power_scale(scale); }
+  /// The pointer is at `world` where its hand is now. Needs a pointer without a tool.
+  void place(const PointerPose& world);
 
   /// Holds the coupling's point, which is at `held` now. A pointer of which no pose has come is taken to be there.
   void attach(Grip grip, const PointerPose& held);
@@ -87,11 +91,7 @@ class Pointer {
   std::optional<Grip> grip_;
   std::optional<Fingertip> fingertip_;
 
-  PointerPose glide_from_;
-  Eigen::Vector3d glide_shift_{Eigen::Vector3d::Zero()};  // of the whole glide, world
-  Eigen::Vector3d glide_turn_{Eigen::Vector3d::Zero()};   // rotation vector of the whole glide, world
-  std::int64_t glide_steps_{1};
-  std::int64_t glide_done_{1};  // == glide_steps_: at rest
+  Glide glide_;
 };
 
 }  // namespace layfigure::haptics
