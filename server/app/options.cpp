@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "layfigure/device/open.h"
 #include "layfigure/doll/settings.h"
 #include "layfigure/messaging/bus.h"
 #include "layfigure/messaging/protocol.h"
@@ -23,6 +24,7 @@ Examples:
   layfigure-server doll.glb                                the doll in realtime on the default LCM bus
   layfigure-server doll.glb --broker 7700                  for clients with --lcm-url tcpq://127.0.0.1:7700
   layfigure-server doll.glb --broker 0 --clock lockstep    for scripts: time advances by step commands only
+  layfigure-server doll.glb --device spidar-g6 --device spidar-g6    felt and moved by two hands, simulated
   layfigure-server --inspect doll.glb --json               what doll would be built, then exit
   layfigure-server --inspect doll.glb --write-settings     the same to doll.doll.toml, to be edited: it is then used
 
@@ -78,6 +80,16 @@ CLI::Validator settings_file() {
       "");
 }
 
+CLI::Validator device_kind() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text == "none" || device::is_device_kind(text)
+                   ? ""
+                   : "'" + text + "' is not none, spidar-g6, spidar-g6x3, spidar-g6x4, spidar-g6x5, lcm or a PLUGIN.so";
+      },
+      "");
+}
+
 CLI::Validator lcm_url() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
@@ -116,6 +128,23 @@ void add_bus_options(CLI::App& app, Options& options) {
       ->type_name("S");
 }
 
+void add_device_options(CLI::App& app, ServerSettings& server) {
+  CLI::Option* devices =
+      app.add_option("--device", server.devices,
+                     "haptic device: none, spidar-g6 (simulated), lcm (its own process) or PLUGIN.so; the first moves "
+                     "pointer 0, the second pointer 1, ... [none]")
+          ->check(device_kind())
+          ->type_name("KIND")
+          ->take_all()
+          ->expected(1);
+  app.add_option("--device-config", server.device_configs,
+                 "of the devices, in their order, or one for all: a geometry for spidar-g6, else see the device")
+      ->type_name("FILE")
+      ->take_all()
+      ->expected(1)
+      ->needs(devices);
+}
+
 void add_inspect_options(CLI::App& app, Options& options, std::filesystem::path& settings_target) {
   CLI::Option* inspect = app.add_flag("--inspect", options.inspect, "print what doll would be built, and exit");
   CLI::Option* json = app.add_flag("--json", options.json, "with --inspect: as JSON")->needs(inspect);
@@ -139,12 +168,24 @@ void add_character_options(CLI::App& app, Options& options) {
       ->type_name("SETTINGS.toml");
 }
 
-void check_together(const Options& options) {
-  const SimulationSettings& simulation = options.server.simulation;
+void check_rates(const SimulationSettings& simulation) {
   if (simulation.pose_hz <= simulation.physics_hz) return;
   std::ostringstream message;
   message << "--pose-hz: " << simulation.pose_hz << " is more than --physics-hz, " << simulation.physics_hz;
   throw CLI::ValidationError(message.str());
+}
+
+void check_devices(const ServerSettings& server) {
+  const std::size_t devices = server.devices.size();
+  const std::size_t configs = server.device_configs.size();
+  if (devices > static_cast<std::size_t>(messaging::kMaxPointers)) {
+    throw CLI::ValidationError("--device: " + std::to_string(devices) + " devices are more than there are pointers, " +
+                               std::to_string(messaging::kMaxPointers));
+  }
+  if (configs > 1 && configs != devices) {
+    throw CLI::ValidationError("--device-config: " + std::to_string(configs) + " files for " +
+                               std::to_string(devices) + " devices, expected one for all or one for each");
+  }
 }
 
 /// Names a run of a server; 0 would look like none.
@@ -165,10 +206,13 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   add_character_options(app, options);
   add_inspect_options(app, options, settings_target);
   add_simulation_options(app, options, clock);
+  add_device_options(app, options.server);
   add_bus_options(app, options);
   try {
     app.parse(argc, argv);
-    check_together(options);
+    std::erase(options.server.devices, "none");
+    check_rates(options.server.simulation);
+    check_devices(options.server);
   } catch (const CLI::Success& wish) {
     return {std::nullopt, app.exit(wish)};
   } catch (const CLI::ParseError& error) {

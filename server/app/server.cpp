@@ -11,6 +11,7 @@
 #include "layfigure/app/messages.h"
 #include "layfigure/app/pacer.h"
 #include "layfigure/app/pose_publisher.h"
+#include "layfigure/device/open.h"
 #include "layfigure/messaging/broker.h"
 #include "layfigure/messaging/bus.h"
 #include "layfigure/messaging/inbox.h"
@@ -40,6 +41,22 @@ class BusSink : public MessageSink {
 
 std::unique_ptr<messaging::Broker> make_broker(const ServerSettings& settings) {
   return settings.broker_port ? std::make_unique<messaging::Broker>(*settings.broker_port) : nullptr;
+}
+
+/// Device k with its own config, or that of all.
+haptics::DeviceHands open_devices(const ServerSettings& settings, const std::string& url) {
+  std::vector<device::Device> devices;
+  devices.reserve(settings.devices.size());
+  for (std::size_t k = 0; k < settings.devices.size(); ++k) {
+    const auto& configs = settings.device_configs;
+    devices.push_back(device::open_device({.kind = settings.devices[k],
+                                           .config = configs.empty() ? "" : configs[std::min(k, configs.size() - 1)],
+                                           .index = static_cast<int>(k),
+                                           .bus_url = url,
+                                           .channel_prefix = settings.channel_prefix}));
+    spdlog::info("pointer {} is moved by {}", k, devices.back().info().name);
+  }
+  return haptics::DeviceHands(std::move(devices));
 }
 
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
@@ -88,7 +105,7 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
       url(broker ? broker->url() : settings.lcm_url),
       bus({url, settings.channel_prefix}, make_handlers(inbox)),
       sink(bus),
-      simulation(std::move(doll), settings.simulation),
+      simulation(std::move(doll), settings.simulation, open_devices(settings, url)),
       poses(simulation, sink, settings.server_id),
       commands(simulation, poses, sink, settings.server_id),
       pacer(settings.simulation.physics_hz, Clock::now()) {}
@@ -116,8 +133,10 @@ bool Server::Impl::is_done(Clock::time_point now) const {
 
 bool Server::Impl::is_resting() const { return is_stepping() && simulation.resting(); }
 
+/// A simulation that has failed still lets go of its devices.
 bool Server::Impl::is_stepping() const {
-  return settings.simulation.clock == ClockKind::kRealtime && simulation.failure().empty();
+  const bool goes_on = simulation.failure().empty() || !simulation.devices().empty();
+  return settings.simulation.clock == ClockKind::kRealtime && goes_on;
 }
 
 Clock::time_point Server::Impl::next_wake_up() const {
@@ -147,7 +166,8 @@ void Server::Impl::run_due_steps() {
   const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
   while (is_stepping() && !simulation.resting() && pacer.deadline() <= now) {
     pacer.begin_step(Clock::now());
-    if (!simulation.advance()) spdlog::error("the simulation failed: {}", simulation.failure());
+    const bool failed_before = !simulation.failure().empty();
+    if (!simulation.advance() && !failed_before) spdlog::error("the simulation failed: {}", simulation.failure());
     poses.publish_if_due();
   }
   if (!is_stepping()) pacer.skip_to(now);

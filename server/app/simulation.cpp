@@ -118,15 +118,23 @@ void Simulation::reset() {
 }
 
 bool Simulation::advance() {
-  if (!failure_.empty()) return false;
+  if (!failure_.empty()) {
+    devices_.let_go(device_time());
+    return false;
+  }
   devices_.follow_buttons(hands_);
   const double cpu_begin = clock_us(CLOCK_THREAD_CPUTIME_ID);
   const double wall_begin = clock_us(CLOCK_MONOTONIC);
   devices_.begin_step(device_time(), hands_);
   const dynamics::StepReport report = hands_.step();
-  devices_.end_step(device_time(), hands_);
+  const bool sound = report.status == dynamics::StepStatus::kOk;
+  if (sound) {
+    devices_.end_step(device_time(), hands_);
+  } else {
+    devices_.let_go(device_time());
+  }
   statistics_.record({clock_us(CLOCK_THREAD_CPUTIME_ID) - cpu_begin, clock_us(CLOCK_MONOTONIC) - wall_begin});
-  if (report.status != dynamics::StepStatus::kOk) {
+  if (!sound) {
     failure_ = "step " + std::to_string(steps_ + 1) + " would not be finite; reset to go on";
     return false;
   }

@@ -119,4 +119,8 @@ void DeviceHands::end_step(double time, const Hands& hands) {
   }
 }
 
+void DeviceHands::let_go(double time) {
+  for (Hand& hand : devices_) hand.device.write(time, {});
+}
+
 }  // namespace layfigure::haptics

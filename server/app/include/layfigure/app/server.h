@@ -3,9 +3,11 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "layfigure/app/simulation.h"
 #include "layfigure/doll/doll.h"
@@ -17,6 +19,8 @@ struct ServerSettings {
   std::string lcm_url;                       ///< used unless there is a broker port
   std::optional<std::uint16_t> broker_port;  ///< serve LCM's tcpq on 127.0.0.1 here; 0: any free port
   std::string channel_prefix;
+  std::vector<std::string> devices;                   ///< kinds (device/open.h), at most messaging::kMaxPointers
+  std::vector<std::filesystem::path> device_configs;  ///< none, one for all devices, or one for each
   std::optional<double> duration;  ///< leave after so much wall-clock time [s], > 0
   std::int64_t server_id{0};       ///< tells this run of a server from any other; random, not 0
 };
@@ -24,7 +28,8 @@ struct ServerSettings {
 /// A doll on the bus. Owns the broker, the bus and the loop that simulates, answers commands and publishes.
 class Server {
  public:
-  /// Opens the bus. Throws messaging::BrokerError or messaging::BusError.
+  /// Opens the bus and the devices. Throws messaging::BrokerError or messaging::BusError, or what
+  /// device::open_driver() throws.
   Server(doll::Doll doll, ServerSettings settings);
   ~Server();
   Server(const Server&) = delete;

@@ -105,7 +105,7 @@ class Simulation {
   /// The initial pose at rest; all pointers released, all pins gone. Time goes on: time stamps never go back.
   void reset();
 
-  /// One step. False if it failed, see failure(); the state is then the last good one.
+  /// One step. False if it failed, see failure(); the state is then the last good one, and devices push no more.
   bool advance();
 
   [[nodiscard]] PointerPose held_pose(const Grip& grip) const { return hands_.held_pose(grip); }

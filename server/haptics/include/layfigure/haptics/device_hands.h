@@ -25,7 +25,7 @@ inline constexpr double kMostFeltStiffness = 1000.0;
 /// A client's messages for such a pointer: while it has no tool they place it, wherever the grip is; with a tool out
 /// they tell a simulated device where its hand wants to be. A real device has a hand of its own, which goes before.
 ///
-/// For the thread that steps the doll. begin_step() and end_step() allocate, lock, log and throw nothing.
+/// For the thread that steps the doll. begin_step(), end_step() and let_go() allocate, lock, log and throw nothing.
 class DeviceHands {
  public:
   DeviceHands() = default;
@@ -53,6 +53,8 @@ class DeviceHands {
   void begin_step(double time, Hands& hands);
   /// Exerts on the hands what the step has told.
   void end_step(double time, const Hands& hands);
+  /// Exerts nothing: there was no step.
+  void let_go(double time);
 
  private:
   struct Hand {
