@@ -24,8 +24,7 @@ inline bool factor(std::array<std::array<double, kSize>, kSize>& A, int n = kSiz
 
 /// Solves A x = b with what factor() made, in place.
 template <int kSize>
-inline void solve(const std::array<std::array<double, kSize>, kSize>& LD, std::array<double, kSize>& x,
-                  int n = kSize) {
+inline void solve(const std::array<std::array<double, kSize>, kSize>& LD, std::array<double, kSize>& x, int n = kSize) {
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) x[i] -= LD[i][j] * x[j];
   }

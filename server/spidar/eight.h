@@ -25,8 +25,7 @@ inline Eight square_root(const Eight& x) { return {math::square_root(x.a), math:
 
 /// Sum over the strings of each of four, in the order of the arguments.
 inline math::Lanes4 totals(const Eight& p, const Eight& q, const Eight& r, const Eight& s) {
-  const auto t =
-      math::transposed(math::Quad<math::Lanes4>{p.a + p.b, q.a + q.b, r.a + r.b, s.a + s.b});
+  const auto t = math::transposed(math::Quad<math::Lanes4>{p.a + p.b, q.a + q.b, r.a + r.b, s.a + s.b});
   return (t.a + t.b) + (t.c + t.d);
 }
 inline double total(const Eight& x) {

@@ -75,8 +75,14 @@ void read_key(const std::string& key, const toml::node& node, Geometry& geometry
     geometry.motors = to_points(node, key);
   } else if (key == "knots") {
     geometry.knots = to_points(node, key);
+  } else if (key == "offsets") {
+    const toml::array* offsets = node.as_array();
+    require(offsets != nullptr && offsets->size() == kStrings, "offsets: expected eight numbers, in metres");
+    for (std::size_t i = 0; i < kStrings; ++i) geometry.offsets[static_cast<int>(i)] = to_number((*offsets)[i], key);
   } else {
-    throw GeometryError("unknown key '" + key + "', expected name, metres_per_count, tension, motors, knots");
+    throw GeometryError("unknown key '" + key +
+                        "', expected name, metres_per_count, tension, motors, knots, "
+                        "offsets");
   }
 }
 
@@ -132,6 +138,7 @@ void validate(const Geometry& geometry) {
             string + "its motor and knot must be finite");
     require((geometry.motors[i] - geometry.knots[i]).norm() > 0.0, string + "its motor is where its knot is");
   }
+  require(geometry.offsets.allFinite(), "offsets: must be finite");
   require(geometry.metres_per_count > 0.0 && std::isfinite(geometry.metres_per_count),
           "metres_per_count = " + number(geometry.metres_per_count) + ", expected above 0");
   require(geometry.least_tension > 0.0 && std::isfinite(geometry.least_tension),

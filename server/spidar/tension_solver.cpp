@@ -22,8 +22,10 @@ constexpr double kTorqueShare = 0.1;
 constexpr double kRegularization = 1e-9;
 // Of the largest tension: so far beyond its range a tension may be for rounding.
 constexpr double kRangeRounding = 1e-12;
-// Block pivots without progress until single ones take over.
-constexpr int kPatience = 3;
+// Block pivots without progress until the active set takes over.
+constexpr int kPatience = 1;
+// A gradient of this size [N] is rounding: of tensions of tens of newtons in sums of eight.
+constexpr double kRounding = 1e-12;
 // What is left of a column of W^T, of which most entries are near 1, when it depends on the others.
 constexpr double kDependent = 1e-9;
 // Least share of one string in the null space's projector, of trace 2 over eight strings, and in what one vector leaves
@@ -50,8 +52,8 @@ Six products(const SixColumns& columns, const Eight& x) {
   return {first.v[0], first.v[1], first.v[2], first.v[3], last.v[0], last.v[1]};
 }
 
-/// W^T = Q R with orthonormal columns, by modified Gram-Schmidt: of W, whose condition is some tens in the workspace, it
-/// loses no more than that of the digits.
+/// W^T = Q R with orthonormal columns, by modified Gram-Schmidt: of W, whose condition is some tens in the workspace,
+/// it loses no more than that of the digits.
 struct Orthonormal {
   SixColumns Q;
   std::array<Six, 6> R;  ///< 1/R_kk on the diagonal
@@ -129,8 +131,8 @@ class Polygon {
   Polygon(const Eight& t, const Plane& plane, const Range& range, double tolerance)
       : t_(numbers(t)), x_(numbers(plane.x)), y_(numbers(plane.y)), range_(range), tolerance_(tolerance) {}
 
-  /// Its point nearest to 0, which is beyond it; nothing if it is empty. It lies on an edge whose string is out of range
-  /// at 0: the way to it is a sum of normals of the edges that it lies on, none of them negative.
+  /// Its point nearest to 0, which is beyond it; nothing if it is empty. It lies on an edge whose string is out of
+  /// range at 0: the way to it is a sum of normals of the edges that it lies on, none of them negative.
   [[nodiscard]] std::optional<Offset> nearest() const {
     std::optional<Offset> best;
     for (int i = 0; i < kStrings; ++i) {
@@ -194,22 +196,20 @@ class BoxProblem {
     c_ = numbers(c);
   }
 
-  /// From the strings that are out of range in `guess` at their bounds.
+  /// From those strings at their bounds that are there or beyond in `guess`.
   Eight solve(const Eight& guess, int most_pivots, int& pivots) {
     start_from(numbers(guess));
     int fewest = kStrings + 1;
     int patience = kPatience;
-    for (pivots = 0; pivots < most_pivots; ++pivots) {
+    for (pivots = 0; patience > 0; ++pivots) {
       update();
       const int wrong = count_wrong();
-      if (wrong == 0) break;
-      if (wrong < fewest) {
-        fewest = wrong;
-        patience = kPatience;
-      }
-      pivot(patience > 0);
-      --patience;
+      if (wrong == 0) return load_eight(t_.data());
+      patience = wrong < fewest ? kPatience : patience - 1;
+      fewest = std::min(fewest, wrong);
+      move_all_to_better_sides();
     }
+    descend(most_pivots, pivots);
     return load_eight(t_.data());
   }
 
@@ -218,8 +218,60 @@ class BoxProblem {
 
   void start_from(const StringNumbers& guess) {
     for (int i = 0; i < kStrings; ++i) {
-      side_[i] = guess[i] < range_.low ? Side::kLow : guess[i] > range_.high ? Side::kHigh : Side::kFree;
+      side_[i] = guess[i] <= range_.low ? Side::kLow : guess[i] >= range_.high ? Side::kHigh : Side::kFree;
     }
+  }
+
+  /// From tensions in the range on: to the least on the free strings, or as far as the first of them comes to its
+  /// bound, which it is then kept at; from a least, that string is let go which most wants to leave its bound. The
+  /// objective falls with every string that is let go, so no set of bounds comes back.
+  void descend(int most_pivots, int& pivots) {
+    StringNumbers at;
+    for (int i = 0; i < kStrings; ++i) {
+      at[i] = std::clamp(t_[i], range_.low, range_.high);
+      if (side_[i] == Side::kFree && at[i] != t_[i]) side_[i] = t_[i] < at[i] ? Side::kLow : Side::kHigh;
+      if (side_[i] != Side::kFree) at[i] = side_[i] == Side::kLow ? range_.low : range_.high;
+    }
+    for (; pivots < most_pivots; ++pivots) {
+      update();
+      const int stop = go_towards_least(at);
+      if (stop < 0 && !let_go_of_one()) break;
+    }
+    t_ = at;
+  }
+
+  /// The string whose bound was met, -1 if none.
+  int go_towards_least(StringNumbers& at) {
+    double share = 1.0;
+    int stop = -1;
+    for (int i = 0; i < kStrings; ++i) {
+      if (side_[i] != Side::kFree || (t_[i] >= range_.low && t_[i] <= range_.high)) continue;
+      const double bound = t_[i] < range_.low ? range_.low : range_.high;
+      const double to_bound = (bound - at[i]) / (t_[i] - at[i]);
+      if (to_bound >= share && stop >= 0) continue;
+      share = std::min(to_bound, 1.0);
+      stop = i;
+    }
+    for (int i = 0; i < kStrings; ++i) at[i] += share * (t_[i] - at[i]);
+    if (stop < 0) return stop;
+    side_[stop] = t_[stop] < range_.low ? Side::kLow : Side::kHigh;
+    at[stop] = side_[stop] == Side::kLow ? range_.low : range_.high;
+    return stop;
+  }
+
+  bool let_go_of_one() {
+    int strongest = -1;
+    double pull = kRounding;
+    for (int i = 0; i < kStrings; ++i) {
+      if (side_[i] == Side::kFree) continue;
+      const double outward = side_[i] == Side::kLow ? -gradient_[i] : gradient_[i];
+      if (outward <= pull) continue;
+      pull = outward;
+      strongest = i;
+    }
+    if (strongest < 0) return false;
+    side_[strongest] = Side::kFree;
+    return true;
   }
 
   /// Tensions that make the gradient zero on free strings, and the gradient.
@@ -267,13 +319,9 @@ class BoxProblem {
     return wrong;
   }
 
-  /// Moves all strings to their better sides, or the last one alone.
-  void pivot(bool all) {
-    for (int i = kStrings - 1; i >= 0; --i) {
-      const auto better = better_side(i);
-      if (!better) continue;
-      side_[i] = *better;
-      if (!all) return;
+  void move_all_to_better_sides() {
+    for (int i = 0; i < kStrings; ++i) {
+      if (const auto better = better_side(i)) side_[i] = *better;
     }
   }
 
@@ -300,8 +348,14 @@ TensionSolver::TensionSolver(const Geometry& geometry, double reference)
 
 TensionSolver::~TensionSolver() = default;
 
-LAYFIGURE_KERNEL
 TensionSolution TensionSolver::solve(const Pose& pose, const Wrench& wrench) const {
+  TensionSolution none;
+  none.exact = true;
+  return solve(pose, wrench, none);
+}
+
+LAYFIGURE_KERNEL
+TensionSolution TensionSolver::solve(const Pose& pose, const Wrench& wrench, const TensionSolution& last) const {
   TensionSolution solution{.tensions = Tensions::Constant(reference_), .wrench = Wrench::Zero()};
   const SixColumns columns = straight_strings(*strings_, pose).wrenches;
   if (!wrench.allFinite() || !pose.position.allFinite() || !pose.rotation.coeffs().allFinite()) return solution;
@@ -320,7 +374,10 @@ TensionSolution TensionSolver::solve(const Pose& pose, const Wrench& wrench) con
       solution.exact = true;
     }
   }
-  if (!solution.exact) t = BoxProblem(columns, wanted, reference_, range).solve(t, kMostPivots, solution.pivots);
+  if (!solution.exact) {
+    const Eight guess = last.exact ? t : load_eight(last.tensions);
+    t = BoxProblem(columns, wanted, reference_, range).solve(guess, kMostPivots, solution.pivots);
+  }
 
   store_eight(t, solution.tensions.data());
   solution.tensions = solution.tensions.cwiseMax(least_).cwiseMin(most_);

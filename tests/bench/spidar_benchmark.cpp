@@ -14,7 +14,8 @@ constexpr int kTicks = 200'000;
 void spidar_tick(benchmark::State& state, int passes) {
   const spidar::Geometry geometry = spidar::load_geometry(LAYFIGURE_SPIDAR_FILES "/g6x3.toml");
   bench::SpidarTicks ticks{};
-  for (auto _ : state) ticks = bench::measure_spidar_ticks(geometry, kTicks, passes, state.range(0));
+  for (auto _ : state)
+    ticks = bench::measure_spidar_ticks(geometry, kTicks, passes, static_cast<double>(state.range(0)));
   state.counters["p50_us"] = ticks.median_us;
   state.counters["p99.9_us"] = ticks.p99_9_us;
   state.counters["most_us"] = ticks.most_us;

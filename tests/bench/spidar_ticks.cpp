@@ -16,10 +16,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPeriod = 1e-3;              // [s]
-constexpr double kReferenceTension = 2.0;     // [N]
-constexpr double kHandFrequency = 2.0;        // [Hz]
-constexpr double kDistance = 0.03;            // [m]
+constexpr double kPeriod = 1e-3;           // [s]
+constexpr double kReferenceTension = 2.0;  // [N]
+constexpr double kHandFrequency = 2.0;     // [Hz]
+constexpr double kDistance = 0.03;         // [m]
 constexpr double kTurn = std::numbers::pi / 6.0;
 constexpr double kTorqueShare = 0.1;
 
@@ -51,16 +51,17 @@ SpidarTicks measure_spidar_ticks(const spidar::Geometry& geometry, int ticks, in
   for (int pass = 0; pass < passes; ++pass) {
     spidar::PoseSolver pose(geometry);
     (void)pose.solve(spidar::string_lengths(geometry, hand_at(0.0)));
+    spidar::TensionSolution solution;
+    solution.exact = true;
     int beyond = 0;
     for (int tick = 0; tick < ticks; ++tick) {
       const double time = kPeriod * (tick + 1);
       const double count = geometry.metres_per_count;
-      const spidar::Lengths lengths =
-          (spidar::string_lengths(geometry, hand_at(time)) / count).array().round() * count;
+      const spidar::Lengths lengths = (spidar::string_lengths(geometry, hand_at(time)) / count).array().round() * count;
       const spidar::Wrench wanted = wrench_at(time, force, radius);
       const auto begin = Clock::now();
       const spidar::PoseEstimate estimate = pose.solve(lengths);
-      const spidar::TensionSolution solution = tensions.solve(estimate.pose, wanted);
+      solution = tensions.solve(estimate.pose, wanted, solution);
       const auto end = Clock::now();
       times[tick] = std::min(times[tick], std::chrono::duration<double, std::micro>(end - begin).count());
       result.most_pivots = std::max(result.most_pivots, solution.pivots);
