@@ -4,6 +4,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <sstream>
 #include <vector>
@@ -152,14 +154,13 @@ void validate(const Geometry& geometry) {
           "check the signs of its motors and knots");
 }
 
-Geometry load_geometry(const std::filesystem::path& path) {
+Geometry parse_geometry(std::string_view text, const std::string& source) {
   const auto refuse = [&](const std::string& where, const std::string& why) {
-    throw GeometryError(path.string() + where + ": " + why);
+    throw GeometryError(source + where + ": " + why);
   };
-  if (!std::filesystem::is_regular_file(path)) refuse("", "there is no such geometry file; check the path");
   Geometry geometry;
   try {
-    const toml::table table = toml::parse_file(path.string());
+    const toml::table table = toml::parse(text);
     for (const auto& [key, node] : table) {
       try {
         read_key(std::string(key.str()), node, geometry);
@@ -179,6 +180,15 @@ Geometry load_geometry(const std::filesystem::path& path) {
     refuse("", error.what());
   }
   return geometry;
+}
+
+Geometry load_geometry(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!std::filesystem::is_regular_file(path) || !file) {
+    throw GeometryError(path.string() + ": there is no such geometry file; check the path");
+  }
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  return parse_geometry(text, path.string());
 }
 
 }  // namespace layfigure::spidar

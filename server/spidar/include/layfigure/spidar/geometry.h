@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 /// SPIDAR-G devices: a grip on eight strings that run to motors on a frame. Encoders give the strings' lengths, the
 /// motors' torques their tensions; strings only pull.
@@ -73,5 +74,8 @@ void validate(const Geometry& geometry);
 /// All other keys are needed, no others are allowed. Throws GeometryError with the file and the line; validate() is
 /// called.
 [[nodiscard]] Geometry load_geometry(const std::filesystem::path& path);
+
+/// Of the text of such a file; `source` is what errors call it.
+[[nodiscard]] Geometry parse_geometry(std::string_view text, const std::string& source);
 
 }  // namespace layfigure::spidar
