@@ -16,6 +16,7 @@ constexpr std::size_t kMaxArguments = 64;
 constexpr std::size_t kMaxValues = 65536;
 constexpr std::size_t kFingerprint = 8;
 constexpr double kMaxPosition = 1e6;           // [m]: beyond any scene
+constexpr double kMaxLength = 100.0;           // [m]: beyond any device's string
 constexpr double kQuaternionTolerance = 1e-3;  // a client may compute in single precision
 
 bool pointer_lengths_fit(ByteView bytes) {
@@ -23,6 +24,14 @@ bool pointer_lengths_fit(ByteView bytes) {
   scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
   scan.skip_string(kMaxClientId);
   scan.skip(8 + 4 + 7 * 8);  // sequence, pointer, position, rotation
+  return scan.complete();
+}
+
+bool spidar_state_lengths_fit(ByteView bytes) {
+  WireScan scan(bytes);
+  scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
+  scan.skip_string(kMaxClientId);
+  scan.skip(8 + 4 + 8 * 8 + 7 * 8 + 8 + 4);  // sequence, kind, lengths, pose, grip, buttons
   return scan.complete();
 }
 
@@ -45,6 +54,14 @@ Decoded<Message> refused(std::string problem) {
   return {std::nullopt, std::move(problem)};
 }
 
+const std::string& sender_of(const pointer_t& pointer) { return pointer.client_id; }
+const std::string& sender_of(const command_t& command) { return command.client_id; }
+const std::string& sender_of(const spidar_state_t& state) { return state.device_id; }
+template <class Message>
+constexpr const char* kSenderField = "client_id";
+template <>
+constexpr const char* kSenderField<spidar_state_t> = "device_id";
+
 template <class Message>
 Decoded<Message> decode(ByteView bytes, bool lengths_fit) {
   Message message;
@@ -53,8 +70,8 @@ Decoded<Message> decode(ByteView bytes, bool lengths_fit) {
     return refused<Message>("not a layfigure." + std::string(Message::getTypeName()) + " of protocol version " +
                             std::to_string(kProtocolVersion));
   }
-  if (message.client_id.empty() || !is_plain_text(message.client_id)) {
-    return refused<Message>("client_id is empty or not plain UTF-8");
+  if (sender_of(message).empty() || !is_plain_text(sender_of(message))) {
+    return refused<Message>(std::string(kSenderField<Message>) + " is empty or not plain UTF-8");
   }
   if (message.sequence < 1) {
     return refused<Message>("sequence is " + std::to_string(message.sequence) + ", expected 1 or more");
@@ -62,23 +79,41 @@ Decoded<Message> decode(ByteView bytes, bool lengths_fit) {
   return {std::move(message), {}};
 }
 
-std::string pointer_problem(const pointer_t& pointer) {
-  if (pointer.protocol_version != kProtocolVersion) {
-    return "protocol version " + std::to_string(pointer.protocol_version) + ", this server speaks " +
-           std::to_string(kProtocolVersion);
-  }
-  if (pointer.pointer < 0 || pointer.pointer >= kMaxPointers) {
-    return "pointer " + std::to_string(pointer.pointer) + ", expected 0 to " + std::to_string(kMaxPointers - 1);
-  }
-  if (!std::ranges::all_of(pointer.position, [](double x) { return std::abs(x) <= kMaxPosition; })) {
+std::string version_problem(std::int32_t version) {
+  if (version == kProtocolVersion) return {};
+  return "protocol version " + std::to_string(version) + ", this server speaks " + std::to_string(kProtocolVersion);
+}
+
+std::string pose_problem(const double (&position)[3], const double (&rotation)[4]) {
+  if (!std::ranges::all_of(position, [](double x) { return std::abs(x) <= kMaxPosition; })) {
     return "position is not finite or beyond 1e6 m";
   }
   double norm_squared = 0.0;
-  for (const double component : pointer.rotation) norm_squared += component * component;
+  for (const double component : rotation) norm_squared += component * component;
   if (!(std::abs(std::sqrt(norm_squared) - 1.0) <= kQuaternionTolerance)) {
     return "rotation is not a unit quaternion";
   }
   return {};
+}
+
+std::string spidar_state_problem(const spidar_state_t& state) {
+  if (std::string problem = version_problem(state.protocol_version); !problem.empty()) return problem;
+  if (state.kind < kSpidarLengths || state.kind > kSpidarRejected) {
+    return "kind " + std::to_string(state.kind) + ", expected 0 (lengths), 1 (pose) or 2 (rejected)";
+  }
+  if (!(state.grip >= 0.0 && state.grip <= 1.0)) return "grip is not from 0 to 1";
+  if (state.kind == kSpidarPose) return pose_problem(state.position, state.rotation);
+  const bool lengths_fit = std::ranges::all_of(state.lengths, [](double x) { return std::abs(x) <= kMaxLength; });
+  if (state.kind == kSpidarLengths && !lengths_fit) return "a length is not finite or beyond 100 m";
+  return {};
+}
+
+std::string pointer_problem(const pointer_t& pointer) {
+  if (std::string problem = version_problem(pointer.protocol_version); !problem.empty()) return problem;
+  if (pointer.pointer < 0 || pointer.pointer >= kMaxPointers) {
+    return "pointer " + std::to_string(pointer.pointer) + ", expected 0 to " + std::to_string(kMaxPointers - 1);
+  }
+  return pose_problem(pointer.position, pointer.rotation);
 }
 
 /// Bytes of the UTF-8 sequence that begins with `lead`, 0 if none does.
@@ -123,6 +158,13 @@ Decoded<pointer_t> decode_pointer(ByteView bytes) {
   if (!decoded.message) return decoded;
   std::string problem = pointer_problem(*decoded.message);
   return problem.empty() ? decoded : refused<pointer_t>(std::move(problem));
+}
+
+Decoded<spidar_state_t> decode_spidar_state(ByteView bytes) {
+  Decoded<spidar_state_t> decoded = decode<spidar_state_t>(bytes, spidar_state_lengths_fit(bytes));
+  if (!decoded.message) return decoded;
+  std::string problem = spidar_state_problem(*decoded.message);
+  return problem.empty() ? decoded : refused<spidar_state_t>(std::move(problem));
 }
 
 Decoded<command_t> decode_command(ByteView bytes) {

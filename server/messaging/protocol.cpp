@@ -6,10 +6,11 @@
 namespace layfigure::messaging {
 namespace {
 
-constexpr std::array<std::string_view, 8> kNames{"LAYFIGURE_CHARACTER", "LAYFIGURE_MESH",  "LAYFIGURE_POSE",
-                                                 "LAYFIGURE_POINTER",   "LAYFIGURE_FORCE", "LAYFIGURE_COMMAND",
-                                                 "LAYFIGURE_REPLY",     "LAYFIGURE_STATUS"};
-constexpr std::array kStateChannels{Channel::kPose, Channel::kPointer, Channel::kForce, Channel::kStatus};
+constexpr std::array<std::string_view, 10> kNames{
+    "LAYFIGURE_CHARACTER", "LAYFIGURE_MESH",  "LAYFIGURE_POSE",   "LAYFIGURE_POINTER", "LAYFIGURE_FORCE",
+    "LAYFIGURE_COMMAND",   "LAYFIGURE_REPLY", "LAYFIGURE_STATUS", "SPIDAR_STATE",      "SPIDAR_COMMAND"};
+constexpr std::array kStateChannels{Channel::kPose,   Channel::kPointer,     Channel::kForce,
+                                    Channel::kStatus, Channel::kSpidarState, Channel::kSpidarCommand};
 constexpr std::size_t kMaxPrefixLength = 40;  // leaves room for the longest name above
 
 std::string_view bare_name(Channel channel) { return kNames.at(static_cast<std::size_t>(channel)); }

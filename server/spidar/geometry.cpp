@@ -4,6 +4,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <sstream>
 #include <vector>
@@ -75,8 +77,14 @@ void read_key(const std::string& key, const toml::node& node, Geometry& geometry
     geometry.motors = to_points(node, key);
   } else if (key == "knots") {
     geometry.knots = to_points(node, key);
+  } else if (key == "offsets") {
+    const toml::array* offsets = node.as_array();
+    require(offsets != nullptr && offsets->size() == kStrings, "offsets: expected eight numbers, in metres");
+    for (std::size_t i = 0; i < kStrings; ++i) geometry.offsets[static_cast<int>(i)] = to_number((*offsets)[i], key);
   } else {
-    throw GeometryError("unknown key '" + key + "', expected name, metres_per_count, tension, motors, knots");
+    throw GeometryError("unknown key '" + key +
+                        "', expected name, metres_per_count, tension, motors, knots, "
+                        "offsets");
   }
 }
 
@@ -132,6 +140,7 @@ void validate(const Geometry& geometry) {
             string + "its motor and knot must be finite");
     require((geometry.motors[i] - geometry.knots[i]).norm() > 0.0, string + "its motor is where its knot is");
   }
+  require(geometry.offsets.allFinite(), "offsets: must be finite");
   require(geometry.metres_per_count > 0.0 && std::isfinite(geometry.metres_per_count),
           "metres_per_count = " + number(geometry.metres_per_count) + ", expected above 0");
   require(geometry.least_tension > 0.0 && std::isfinite(geometry.least_tension),
@@ -145,14 +154,13 @@ void validate(const Geometry& geometry) {
           "check the signs of its motors and knots");
 }
 
-Geometry load_geometry(const std::filesystem::path& path) {
+Geometry parse_geometry(std::string_view text, const std::string& source) {
   const auto refuse = [&](const std::string& where, const std::string& why) {
-    throw GeometryError(path.string() + where + ": " + why);
+    throw GeometryError(source + where + ": " + why);
   };
-  if (!std::filesystem::is_regular_file(path)) refuse("", "there is no such geometry file; check the path");
   Geometry geometry;
   try {
-    const toml::table table = toml::parse_file(path.string());
+    const toml::table table = toml::parse(text);
     for (const auto& [key, node] : table) {
       try {
         read_key(std::string(key.str()), node, geometry);
@@ -172,6 +180,15 @@ Geometry load_geometry(const std::filesystem::path& path) {
     refuse("", error.what());
   }
   return geometry;
+}
+
+Geometry load_geometry(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!std::filesystem::is_regular_file(path) || !file) {
+    throw GeometryError(path.string() + ": there is no such geometry file; check the path");
+  }
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  return parse_geometry(text, path.string());
 }
 
 }  // namespace layfigure::spidar

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from layfigure import codec, messages
-from layfigure.protocol import Argument, Command, Pointer
+from layfigure.protocol import Argument, Command, Pointer, SpidarState
 
 GOLDEN = Path(__file__).parent.parent / "data" / "golden"
 SERVER_ID = 0x0123456789ABCDEF
@@ -20,6 +20,8 @@ TYPES = [
     "pointer_t",
     "pose_t",
     "reply_t",
+    "spidar_command_t",
+    "spidar_state_t",
     "status_t",
 ]
 
@@ -81,6 +83,32 @@ def test_golden_reply_decodes_to_its_values() -> None:
 def test_golden_status_decodes_to_its_values() -> None:
     status = codec.decode_status(golden("status_t"))
     assert (status.state, status.steps, status.realtime_factor, status.dropped_messages) == ("failed", 11, 100.25, 6)
+
+
+def test_golden_spidar_command_decodes_to_its_values() -> None:
+    command = codec.decode_spidar_command(golden("spidar_command_t"))
+    assert (command.device_id, command.sequence, command.state_sequence) == ("left", 9, 10)
+    assert command.active
+    assert command.tensions is None
+    np.testing.assert_array_equal(command.force, [-2.0, -1.875, -1.75])
+    np.testing.assert_array_equal(command.torque, [3.0, 3.125, 3.25])
+
+
+def test_golden_spidar_state_is_that_of_a_device_process() -> None:
+    state = messages.spidar_state_t.decode(golden("spidar_state_t"))
+    pose = SpidarState(
+        time_us=1234567,
+        device_id="left",
+        sequence=10,
+        position=np.array([-0.5, -0.375, -0.25]),
+        rotation=np.array([0.5, -0.5, 0.5, 0.5]),
+        grip=0.75,
+        buttons=5,
+    )
+    raw = messages.spidar_state_t.decode(codec.encode_spidar_state(pose))
+    assert list(raw.lengths) == [0.0] * 8
+    raw.lengths = state.lengths  # which do not hold
+    assert raw.encode() == golden("spidar_state_t")
 
 
 def test_golden_command_is_what_the_client_sends() -> None:

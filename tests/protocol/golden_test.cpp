@@ -48,6 +48,8 @@ TEST(GoldenBytes, OfEachType_EncodedAndDecoded) {
   expect_golden(testing::sample_pointer());
   expect_golden(testing::sample_pose());
   expect_golden(testing::sample_reply());
+  expect_golden(testing::sample_spidar_command());
+  expect_golden(testing::sample_spidar_state());
   expect_golden(testing::sample_status());
 }
 

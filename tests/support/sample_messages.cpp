@@ -150,6 +150,32 @@ reply_t sample_reply() {
   return message;
 }
 
+spidar_command_t sample_spidar_command() {
+  auto message = begin_message<spidar_command_t>();
+  message.device_id = "left";
+  message.sequence = 9;
+  message.state_sequence = 10;
+  message.active = true;
+  message.kind = 1;
+  fill(message.tensions, 1.0);
+  fill(message.force, -2.0);
+  fill(message.torque, 3.0);
+  return message;
+}
+
+spidar_state_t sample_spidar_state() {
+  auto message = begin_message<spidar_state_t>();
+  message.device_id = "left";
+  message.sequence = 10;
+  message.kind = 1;
+  fill(message.lengths, 0.25);
+  fill(message.position, -0.5);
+  std::ranges::copy(std::initializer_list<double>{0.5, -0.5, 0.5, 0.5}, message.rotation);
+  message.grip = 0.75;
+  message.buttons = 5;
+  return message;
+}
+
 status_t sample_status() {
   auto message = begin_message<status_t>();
   message.server_id = kServer;

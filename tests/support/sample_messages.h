@@ -9,6 +9,8 @@
 #include <layfigure/pointer_t.hpp>
 #include <layfigure/pose_t.hpp>
 #include <layfigure/reply_t.hpp>
+#include <layfigure/spidar_command_t.hpp>
+#include <layfigure/spidar_state_t.hpp>
 #include <layfigure/status_t.hpp>
 
 /// One message of each type with every field set, to a value that no other field has where that is possible.
@@ -22,6 +24,8 @@ namespace layfigure::testing {
 [[nodiscard]] pointer_t sample_pointer();
 [[nodiscard]] pose_t sample_pose();
 [[nodiscard]] reply_t sample_reply();
+[[nodiscard]] spidar_command_t sample_spidar_command();
+[[nodiscard]] spidar_state_t sample_spidar_state();
 [[nodiscard]] status_t sample_status();
 
 /// A command with one argument.

@@ -27,10 +27,14 @@ from layfigure.protocol import (
     Pointer,
     Pose,
     Reply,
+    SpidarCommand,
+    SpidarState,
     Status,
 )
 
 MAX_JOINTS = 100_000
+_SPIDAR_LENGTHS, _SPIDAR_POSE, _SPIDAR_REJECTED = 0, 1, 2  # kinds of a spidar_state_t
+_SPIDAR_TENSIONS = 0  # kind of a spidar_command_t
 _UNIT_TOLERANCE = 1e-3  # a quaternion further from unit length is no rounding error
 
 
@@ -194,6 +198,40 @@ def encode_pointer(pointer: Pointer) -> bytes:
     raw.position = pointer.position.tolist()
     raw.rotation = pointer.rotation.tolist()
     return bytes(raw.encode())
+
+
+def encode_spidar_state(state: SpidarState) -> bytes:
+    raw = messages.spidar_state_t()
+    raw.protocol_version = PROTOCOL_VERSION
+    raw.time_us = state.time_us
+    raw.device_id = state.device_id
+    raw.sequence = state.sequence
+    raw.kind = _SPIDAR_REJECTED
+    raw.rotation = [1.0, 0.0, 0.0, 0.0]
+    if state.lengths is not None:
+        raw.kind = _SPIDAR_LENGTHS
+        raw.lengths = state.lengths.tolist()
+    elif state.position is not None and state.rotation is not None:
+        raw.kind = _SPIDAR_POSE
+        raw.position = state.position.tolist()
+        raw.rotation = state.rotation.tolist()
+    raw.grip = state.grip
+    raw.buttons = state.buttons
+    return bytes(raw.encode())
+
+
+def decode_spidar_command(data: bytes) -> SpidarCommand:
+    raw = _decode(messages.spidar_command_t, data)
+    return SpidarCommand(
+        time_us=raw.time_us,
+        device_id=raw.device_id,
+        sequence=raw.sequence,
+        state_sequence=raw.state_sequence,
+        active=bool(raw.active),
+        tensions=_finite(raw.tensions, "tensions") if raw.kind == _SPIDAR_TENSIONS else None,
+        force=_finite(raw.force, "force"),
+        torque=_finite(raw.torque, "torque"),
+    )
 
 
 def _decode(message_type: Any, data: bytes, versioned: bool = True) -> Any:

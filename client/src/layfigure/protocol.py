@@ -24,6 +24,8 @@ FORCE_CHANNEL = "LAYFIGURE_FORCE"
 COMMAND_CHANNEL = "LAYFIGURE_COMMAND"
 REPLY_CHANNEL = "LAYFIGURE_REPLY"
 STATUS_CHANNEL = "LAYFIGURE_STATUS"
+SPIDAR_STATE_CHANNEL = "SPIDAR_STATE"
+SPIDAR_COMMAND_CHANNEL = "SPIDAR_COMMAND"
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -172,3 +174,32 @@ class Pointer:
     pointer: int
     position: Floats  # (3) [m]
     rotation: Floats  # (4) pointer -> world
+
+
+@dataclass(frozen=True, eq=False)
+class SpidarState:
+    """What a haptic device has measured: its strings' lengths, or the pose of its grip, in the device's frame (x right,
+    y away from the user, z up); neither if it rejects what it measures."""
+
+    time_us: int
+    device_id: str
+    sequence: int
+    lengths: Floats | None = None  # (8) [m]
+    position: Floats | None = None  # (3) [m]
+    rotation: Floats | None = None  # (4) grip -> device
+    grip: float = 0.0  # 0 open .. 1 squeezed
+    buttons: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class SpidarCommand:
+    """What a haptic device is to exert until the next command, or for 10 ms if none comes."""
+
+    time_us: int
+    device_id: str
+    sequence: int
+    state_sequence: int
+    active: bool  # False: let go
+    tensions: Floats | None  # (8) [N], of a device that tells lengths
+    force: Floats  # (3) on the hand, device frame [N]
+    torque: Floats  # (3) about the grip's origin [N m]

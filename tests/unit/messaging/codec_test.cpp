@@ -34,6 +34,56 @@ TEST(DecodePointer, Sample_GivesTheFieldsBack) {
   EXPECT_EQ(decoded.message->rotation[1], -0.5);
 }
 
+TEST(DecodeSpidarState, Sample_GivesTheFieldsBack) {
+  const Decoded<spidar_state_t> decoded = decode_spidar_state(encode(testing::sample_spidar_state()));
+  ASSERT_TRUE(decoded.message) << decoded.problem;
+  EXPECT_EQ(decoded.message->device_id, "left");
+  EXPECT_EQ(decoded.message->lengths[7], 1.125);
+  EXPECT_EQ(decoded.message->grip, 0.75);
+}
+
+TEST(DecodeSpidarState, OutOfRange_RefusedWithTheReason) {
+  const std::vector<std::pair<std::function<void(spidar_state_t&)>, std::string>> cases{
+      {[](spidar_state_t& s) { s.protocol_version = 2; }, "version"},
+      {[](spidar_state_t& s) { s.device_id.clear(); }, "device_id"},
+      {[](spidar_state_t& s) { s.device_id.assign(1, '\xff'); }, "device_id"},
+      {[](spidar_state_t& s) { s.sequence = 0; }, "sequence"},
+      {[](spidar_state_t& s) { s.kind = 3; }, "kind 3"},
+      {[](spidar_state_t& s) { s.kind = -1; }, "kind -1"},
+      {[](spidar_state_t& s) { s.grip = 1.5; }, "grip"},
+      {[](spidar_state_t& s) { s.grip = kNan; }, "grip"},
+      {[](spidar_state_t& s) { s.position[2] = kInfinity; }, "position"},
+      {[](spidar_state_t& s) { s.rotation[0] = 0.6; }, "rotation"},
+      {[](spidar_state_t& s) { s.kind = kSpidarLengths, s.lengths[3] = kNan; }, "length"},
+      {[](spidar_state_t& s) { s.kind = kSpidarLengths, s.lengths[3] = 101.0; }, "length"},
+  };
+  for (const auto& [change, word] : cases) {
+    spidar_state_t state = testing::sample_spidar_state();
+    change(state);
+    const Decoded<spidar_state_t> decoded = decode_spidar_state(encode(state));
+    EXPECT_FALSE(decoded.message) << word;
+    EXPECT_NE(decoded.problem.find(word), std::string::npos) << decoded.problem;
+  }
+}
+
+TEST(DecodeSpidarState, NumbersThatDoNotHold_AreNotJudged) {
+  spidar_state_t state = testing::sample_spidar_state();
+  state.lengths[0] = kNan;
+  EXPECT_TRUE(decode_spidar_state(encode(state)).message) << "it is a pose";
+  state.kind = kSpidarRejected;
+  state.position[0] = kNan;
+  EXPECT_TRUE(decode_spidar_state(encode(state)).message);
+}
+
+TEST(DecodeSpidarState, CutOrTooLong_Refused) {
+  Bytes bytes = encode(testing::sample_spidar_state());
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(decode_spidar_state(ByteView(bytes).first(size)).message) << size;
+  }
+  bytes.push_back(0);
+  EXPECT_FALSE(decode_spidar_state(bytes).message);
+}
+
 TEST(DecodePointer, OutOfRange_RefusedWithTheReason) {
   const std::vector<std::pair<std::function<void(pointer_t&)>, std::string>> cases{
       {[](pointer_t& p) { p.protocol_version = 2; }, "version"},

@@ -11,7 +11,8 @@ TEST(ChannelName, WithPrefix_PutsItFirst) {
 }
 
 TEST(StateChannel, OfEachKind_OnlyWhereNewestWins) {
-  for (const Channel channel : {Channel::kPose, Channel::kForce, Channel::kStatus, Channel::kPointer}) {
+  for (const Channel channel : {Channel::kPose, Channel::kForce, Channel::kStatus, Channel::kPointer,
+                                Channel::kSpidarState, Channel::kSpidarCommand}) {
     EXPECT_TRUE(is_state_channel(channel_name("p", channel))) << channel_name("p", channel);
   }
   for (const Channel channel : {Channel::kCommand, Channel::kReply, Channel::kCharacter, Channel::kMesh}) {

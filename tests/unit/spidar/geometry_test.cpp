@@ -96,6 +96,9 @@ TEST(GeometryFile, Bad_RefusedInOneLineThatNamesTheValue) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos);
   };
+  EXPECT_EQ(refusal(good_text() + "\noffsets = [1e-3, 0, 0, 0, 0, 0, 0, -2e-3]\n"), "");
+  expect_refusal(good_text() + "\noffsets = [1e-3]\n", "expected eight numbers");
+  expect_refusal(good_text() + "\noffsets = [nan, 0, 0, 0, 0, 0, 0, 0]\n", "offsets: must be finite");
   expect_refusal("name = ", "not TOML");
   expect_refusal(good_text() + "\nspeed = 3\n", "unknown key 'speed'");
   expect_refusal(replaced(good_text(), "metres_per_count", "metres_per_pulse"), "unknown key 'metres_per_pulse'");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "devices.h"
 #include "layfigure/spidar/pose_solver.h"
@@ -64,6 +65,37 @@ TEST(SimulatedSpidar, Encoders_TellWhatWasATickAgoToACount) {
     EXPECT_LE((*device.read() - before).cwiseAbs().maxCoeff(), 0.5 * device.geometry().metres_per_count + 1e-12);
   }
   EXPECT_GT(device.grip().position.x(), 1e-3);
+}
+
+/// At 1 kHz, the strings at the reference: the pose from the lengths beside the truth of the instant that they tell of,
+/// one tick ago, in units of what the rounding of the encoders leaves of it at best.
+TEST(SimulatedSpidar, FastHand_PoseAtTheEncodersFloor) {
+  SimulatedSpidar device(test::device("g6x3"));
+  PoseSolver solver(device.geometry());
+  device.command(Tensions::Constant(kReference));
+  const auto hand_at = [](double time) {
+    const double phase = 2.0 * std::numbers::pi * 2.0 * time;
+    return Pose{.rotation = math::exp_rotation(Vector3d(0.5 * std::sin(phase), 0.25 * std::cos(0.7 * phase), 0.3)),
+                .position = 0.04 * Vector3d(std::sin(phase), std::cos(1.1 * phase), 0.5 * std::sin(0.9 * phase))};
+  };
+  double position = 0.0, turn = 0.0, position_floor = 0.0, turn_floor = 0.0, fastest = 0.0;
+  for (int tick = 0; tick < 4000; ++tick) {
+    const Pose truth = device.grip();
+    device.advance(kTick, hand_at(kTick * tick));
+    fastest = std::max(fastest, (device.grip().position - truth.position).norm() / kTick);
+    const PoseEstimate estimate = solver.solve(*device.read());
+    ASSERT_TRUE(estimate.converged && !estimate.suspicious) << tick;
+    const auto covariance = pose_covariance(device.geometry(), truth);
+    position += (estimate.pose.position - truth.position).squaredNorm();
+    turn += std::pow(estimate.pose.rotation.angularDistance(truth.rotation), 2);
+    position_floor += covariance.topLeftCorner<3, 3>().trace();
+    turn_floor += covariance.bottomRightCorner<3, 3>().trace();
+  }
+  EXPECT_GT(fastest, 0.2) << "a fast hand";
+  EXPECT_LT(std::sqrt(position / position_floor), 1.2);
+  EXPECT_LT(std::sqrt(turn / turn_floor), 1.2);
+  RecordProperty("position_over_floor", std::to_string(std::sqrt(position / position_floor)));
+  RecordProperty("turn_over_floor", std::to_string(std::sqrt(turn / turn_floor)));
 }
 
 TEST(SimulatedSpidar, Tensions_ComeWithTheMotorsLag) {

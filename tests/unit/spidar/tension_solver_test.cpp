@@ -164,6 +164,30 @@ TEST(TensionSolver, AcrossTheBorder_NothingJumps) {
   EXPECT_GE(borders, 4);
 }
 
+TEST(TensionSolver, FromTheLastTick_TheSameTensionsInFewerPivots) {
+  const Geometry geometry = test::device("g6x3");
+  const TensionSolver solver(geometry, kReference);
+  test::Dice dice(16);
+  long cold_pivots = 0, warm_pivots = 0;
+  for (int path = 0; path < 50; ++path) {
+    const Pose pose = dice.pose(0.02, 30.0 * kDegrees);
+    const Wrench from = dice.wrench(60.0, 1.0), change = dice.wrench(0.1, 0.002);
+    TensionSolution last = solver.solve(pose, from);
+    for (int tick = 1; tick < 100; ++tick) {
+      const Wrench wanted = from + tick * change;
+      const TensionSolution cold = solver.solve(pose, wanted);
+      const TensionSolution warm = solver.solve(pose, wanted, last);
+      // Rounding, by the condition of the regularised problem.
+      ASSERT_LT((warm.tensions - cold.tensions).norm(), 1e-5) << path << " " << tick;
+      ASSERT_LT((warm.wrench - cold.wrench).norm(), 1e-6) << path << " " << tick;
+      cold_pivots += cold.pivots;
+      warm_pivots += warm.pivots;
+      last = warm;
+    }
+  }
+  EXPECT_LT(warm_pivots, cold_pivots / 4);
+}
+
 TEST(TensionSolver, WrenchThatIsNotFinite_TheReference) {
   const Geometry geometry = test::device("g6x3");
   Wrench wrench = Wrench::Zero();

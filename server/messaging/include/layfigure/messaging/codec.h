@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <layfigure/command_t.hpp>
 #include <layfigure/pointer_t.hpp>
+#include <layfigure/spidar_state_t.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,14 +30,21 @@ struct Decoded {
   std::string problem;
 };
 
-/// Decodes what a client may send. Never throws and never allocates more than the bytes at hand justify, whatever they
-/// are: lengths are checked before anything is reserved. Texts must be UTF-8 without control characters.
+/// What the numbers of a spidar_state_t are.
+inline constexpr std::int32_t kSpidarLengths = 0;
+inline constexpr std::int32_t kSpidarPose = 1;
+inline constexpr std::int32_t kSpidarRejected = 2;
+
+/// Decodes what a client or a device may send. Never throws and never allocates more than the bytes at hand justify,
+/// whatever they are: lengths are checked before anything is reserved. Texts must be UTF-8 without control characters.
 ///
 /// A pointer is refused unless its version is ours, its number is in [0, kMaxPointers), its position finite and within
 /// 1e6 m, its rotation a unit quaternion (to 1e-3). A command is refused only for its form: its version and arguments
-/// are judged, and answered, by who carries it out.
+/// are judged, and answered, by who carries it out. A device's state is refused unless its version and its kind are
+/// ours and what holds by its kind is finite, lengths within 100 m, the rotation a unit quaternion, the grip 0 to 1.
 [[nodiscard]] Decoded<pointer_t> decode_pointer(ByteView bytes);
 [[nodiscard]] Decoded<command_t> decode_command(ByteView bytes);
+[[nodiscard]] Decoded<spidar_state_t> decode_spidar_state(ByteView bytes);
 
 /// True if `text` is valid UTF-8 without control characters.
 [[nodiscard]] bool is_plain_text(std::string_view text);

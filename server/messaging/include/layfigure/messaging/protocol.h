@@ -19,12 +19,25 @@ inline constexpr std::size_t kMeshChunkBytes = 32 * 1024;
 /// LCM's limit on the length of a channel's name.
 inline constexpr std::size_t kMaxChannelLength = 63;
 
-enum class Channel { kCharacter, kMesh, kPose, kPointer, kForce, kCommand, kReply, kStatus };
+enum class Channel {
+  kCharacter,
+  kMesh,
+  kPose,
+  kPointer,
+  kForce,
+  kCommand,
+  kReply,
+  kStatus,
+  kSpidarState,
+  kSpidarCommand
+};
 
-/// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ...
+/// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ..,
+/// SPIDAR_STATE, SPIDAR_COMMAND.
 [[nodiscard]] std::string channel_name(std::string_view prefix, Channel channel);
 
-/// True for the channels of which only the newest message matters (POSE, FORCE, STATUS, POINTER, with any prefix): a
+/// True for the channels of which only the newest message matters (POSE, FORCE, STATUS, POINTER and those of the
+/// SPIDAR, with any prefix): a
 /// slow subscriber loses the oldest of them. Messages of all other channels are never dropped.
 [[nodiscard]] bool is_state_channel(std::string_view name);
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 /// SPIDAR-G devices: a grip on eight strings that run to motors on a frame. Encoders give the strings' lengths, the
 /// motors' torques their tensions; strings only pull.
@@ -40,6 +41,7 @@ struct Geometry {
   double metres_per_count{0.0};       ///< of the encoders, > 0
   double least_tension{0.0};          ///< that keeps a string from sagging [N], > 0
   double most_tension{0.0};           ///< that a motor holds [N], > least_tension
+  Lengths offsets{Lengths::Zero()};   ///< to be added to what the encoders tell [m], see calibration.h
 
   /// Largest distance of a knot from the grip's origin [m]: what torques are measured by.
   [[nodiscard]] double grip_radius() const;
@@ -67,8 +69,13 @@ void validate(const Geometry& geometry);
 ///     tension = [0.3, 20.0]        # least and most [N]
 ///     motors = [[-0.06, -0.076, 0.06], ..]   # eight, in the device's frame [m]
 ///     knots = [[-0.0159, 0.0, -0.0159], ..]  # of the same strings, in the grip's frame [m]
+///     offsets = [0.001, ..]                  # eight, to be added to what the encoders tell [m]; 0 if left out
 ///
-/// All keys are needed, no others are allowed. Throws GeometryError with the file and the line; validate() is called.
+/// All other keys are needed, no others are allowed. Throws GeometryError with the file and the line; validate() is
+/// called.
 [[nodiscard]] Geometry load_geometry(const std::filesystem::path& path);
+
+/// Of the text of such a file; `source` is what errors call it.
+[[nodiscard]] Geometry parse_geometry(std::string_view text, const std::string& source);
 
 }  // namespace layfigure::spidar

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <memory>
+
 #include "layfigure/spidar/geometry.h"
 
 namespace layfigure::spidar {
 
+struct Strings;
+
 struct PoseEstimate {
   Pose pose;
-  bool converged{false};   ///< the last step was below 1e-9 m, of position and of turn times the grip's radius
+  bool converged{false};   ///< what is left to go is below 1e-9 m, of position and of turn times the grip's radius
   int iterations{0};       ///< Gauss-Newton steps that were made
   double misfit{0.0};      ///< |L - l| over all strings [m]: two of the eight equations are spare
   bool suspicious{false};  ///< the misfit is too large for the encoders' rounding: slack, slip, or a wrong calibration
@@ -22,11 +26,12 @@ struct PoseEstimate {
 class PoseSolver {
  public:
   explicit PoseSolver(const Geometry& geometry);
+  ~PoseSolver();
 
   /// Starts from the last pose that converged; from the centre, damped and from several turns if need be, where there
   /// is none or it leads nowhere: any pose in the frame that is turned by up to 60 degrees is then found, or
-  /// `converged` is false. Lengths that are not finite are answered with the last pose, not converged. < 2 us from a
-  /// near pose, some 50 us from none.
+  /// `converged` is false. Lengths that are not finite are answered with the last pose, not converged. About
+  /// 1 us from a near pose, some 10 us from none.
   [[nodiscard]] PoseEstimate solve(const Lengths& lengths);
 
   /// Forgets the last pose.
@@ -38,11 +43,12 @@ class PoseSolver {
   [[nodiscard]] PoseEstimate refine(const Pose& pose, const Lengths& lengths, int most_steps, double damping,
                                     int without = kNone) const;
   [[nodiscard]] PoseEstimate find(const Lengths& lengths) const;
+  [[nodiscard]] double misfit_at(const Pose& pose, const Lengths& lengths) const;
   void judge(const Lengths& lengths, PoseEstimate& estimate) const;
   [[nodiscard]] int find_suspect(const Pose& pose, const Lengths& lengths) const;
 
   const Geometry& geometry_;
-  double grip_radius_;
+  std::unique_ptr<const Strings> strings_;
   Pose pose_;
   bool knows_pose_{false};
 };
