@@ -54,6 +54,7 @@ double largest_moment(const Composite& composite) {
 
 Sleepers::Sleepers(const Model& model)
     : wanted_(model.size()), touched_(model.size()), motions_(model.size()), calm_(model.size()) {
+  left_out_.reserve(model.size());
   const std::vector<Composite> behind = all_behind(model);
   std::vector<double> reach(model.size());
   for (int i = 0; i < model.size(); ++i) {
@@ -208,8 +209,15 @@ bool Sleepers::find_calm(const RigidGroups& groups) {
   return all_calm;
 }
 
+void Sleepers::forget_calm_of_others(const Transmission& transmission) {
+  if (std::ranges::equal(left_out_, transmission.all())) return;
+  left_out_.assign(transmission.all().begin(), transmission.all().end());
+  for (Calm& calm : calm_) calm.version = kForgotten;
+}
+
 bool Sleepers::wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups,
                                const Transmission& transmission) {
+  forget_calm_of_others(transmission);
   const bool calm = find_calm(groups);
   if (calm && !transmission.any()) return false;
   start_from(state);

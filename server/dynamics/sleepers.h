@@ -27,7 +27,7 @@
 /// A group's motion is remembered from when its riders were last looked at, with what their torques leave to their
 /// limits: a bound on the torques' change shows for most steps, at the cost of one body, that none can matter. The
 /// bound decides nothing else, so what happens depends on the state alone. Joints that transmit are looked at in every
-/// step.
+/// step; the bound does not speak of them, and ends when others transmit: a hand has let go.
 namespace layfigure::dynamics {
 
 /// For so long must be still what is to sleep [s]: longer than a doll's limbs stand still at the end of a swing, short
@@ -81,8 +81,9 @@ class Sleepers {
   /// The motion that a group's riders were last looked at in, and how far it may go from there: the torque of none
   /// leaves its tolerance while
   ///     force_gain |change of a - g| + spin_gain (|change of the acceleration| + w^2 + w0^2) <= 1.
+  static constexpr int kForgotten = -1;  ///< no version of the groups
   struct Calm {
-    int version{-1};  ///< of the groups
+    int version{kForgotten};  ///< of the groups
     Motion motion;
     double force_gain;
     double spin_gain;
@@ -94,6 +95,7 @@ class Sleepers {
   void touch(const Model& model, const State& state, int body);
   [[nodiscard]] bool is_calm(int carrier, int version) const;
   [[nodiscard]] bool find_calm(const RigidGroups& groups);
+  void forget_calm_of_others(const Transmission& transmission);
   [[nodiscard]] double tolerance(const Model& model, const BodyState& body, int index, double angle) const;
   [[nodiscard]] double margin(const Rider& rider, const RigidGroup& group, double tolerance,
                               const Transmission& transmission) const;
@@ -105,6 +107,7 @@ class Sleepers {
   std::vector<char> touched_;
   std::vector<Motion> motions_;  ///< of the carriers
   std::vector<Calm> calm_;       ///< of the carriers
+  std::vector<int> left_out_;    ///< riders that calm_ does not speak of: those that transmitted in the last step
   double reach_{0.0};            ///< of the bodies from their roots, as far as they have weight [m]
   bool touches_sleepers_{false};
   bool some_ripe_{false};  ///< a joint has been still for long enough that nothing acts on

@@ -37,6 +37,8 @@ class Transmission {
   void measure(const Model& model, const RigidGroups& groups, const Step& step, const Pulls& pulls);
 
   [[nodiscard]] bool any() const { return !transmitting_.empty(); }
+  /// The riders that transmit, in an order that follows from the groups and the couplings.
+  [[nodiscard]] std::span<const int> all() const { return transmitting_; }
   [[nodiscard]] bool transmits(int rider) const { return transmits_[rider] != 0; }
   /// Moment about the rider's joint, world [N m].
   [[nodiscard]] const Eigen::Vector3d& moment(int rider) const { return moments_[rider]; }

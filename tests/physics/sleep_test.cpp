@@ -211,6 +211,40 @@ TEST(Sleep, PulledLimb_WakesWithItsPathAlone) {
   EXPECT_GT(report.asleep, 15);
 }
 
+TEST(Sleep, PullThatEndsAfterAPause_WakesWhatItHeld) {
+  // An arm on a pinned root: every joint that sleeps transmits the pull.
+  ModelDefinition definition;
+  definition.root = RootKind::kFree;
+  for (int i = 0; i < 3; ++i) {
+    BodyDefinition body;
+    body.name = "body" + std::to_string(i);
+    body.parent = i - 1;
+    body.mass = 0.2;
+    body.com = {0.1, 0, 0};
+    if (i > 0) body.anchor = {0.2, 0, 0};
+    body.inertia = Eigen::Vector3d(1e-4, 7e-4, 7e-4).asDiagonal();
+    body.joint = {.stiffness = 40.0, .damping = 0.4, .flow_damping = 2.0, .yield_torque = 3.0};
+    definition.bodies.push_back(body);
+  }
+  const Model model(definition);
+  State state = initial_state(model);
+  Workspace workspace(model);
+  Coupling pin = grip(model, state, 0);
+  pin.stiffness = 1e4;
+  pin.angular_stiffness = 100.0;
+  pin.angular_damping = 2.0;
+  const std::vector<Coupling> alone{pin};
+  advance_for(model, state, workspace, 5.0, {.couplings = alone}, 0.0);
+  const State before = state;
+  std::vector<Coupling> held{pin, grip(model, state, 2)};
+  held[1].target_position.z() += 0.02;
+  ASSERT_TRUE(advance_for(model, state, workspace, 5.0, {.couplings = held}).resting);
+  ASSERT_GT(largest_distance(model, state, before), 0.01);
+  advance_for(model, state, workspace, 5.0, {.couplings = alone});
+  constexpr double kReach = 0.9;  // [m] sum of the joints' distances from the end
+  EXPECT_LT(largest_distance(model, state, before), kReach * kSleepAngle);
+}
+
 TEST(Sleep, SoftenedSleeper_WakesAndFlows) {
   const Model model(doll_52());
   State state = settled(model);

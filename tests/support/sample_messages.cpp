@@ -85,12 +85,16 @@ force_t sample_force() {
   message.server_id = kServer;
   message.sequence = 42;
   message.pointer = 1;
+  message.tool = "touch";
   message.attached = true;
+  message.contact = true;
   message.joint = 3;
   fill(message.position, 1.0);
   fill(message.target, 2.0);
   fill(message.force, -3.0);
   fill(message.torque, 4.0);
+  fill(message.hand_force, 5.0);
+  fill(message.hand_torque, -6.0);
   return message;
 }
 

@@ -49,7 +49,7 @@ double pressure_at_slip(double friction) {
   Hands hands(testing::pinched_limb(), kStep);
   const FingertipDefinition fingertip{.friction = friction};
   Pinch pinch(hands, kMiddle, fingertip);
-  double squeeze = 3.0 * testing::kLimbMass * kGravity / (std::sqrt(0.5 * friction) * kPinchStiffness);
+  double squeeze = 1.5 * 0.5 * testing::kLimbMass * kGravity / (std::sqrt(0.5 * friction) * kPinchStiffness);
   pinch.glide_to(squeeze, 20);
   run(hands, 1000);
   const double before = fingertip_in_body(hands, 0, 0)[kZ];
