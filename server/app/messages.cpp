@@ -73,6 +73,24 @@ const char* tool_name(haptics::Tool tool) {
   return "";
 }
 
+device_t make_device(const haptics::DeviceHands& devices, int index) {
+  const device::Device& device = devices.device(index);
+  const device::GuardReport& report = device.report();
+  const device::Reading& reading = devices.reading(index);
+  device_t message{};
+  message.name = device.info().name;
+  message.pointer = index;
+  message.state = report.fault == device::Fault::kNone ? "ok" : device::fault_name(report.fault);
+  if (report.last_fault != device::Fault::kNone) message.last_fault = device::fault_name(report.last_fault);
+  message.faults = report.trips;
+  message.share = report.share;
+  message.reach = reading.position.norm() / device.info().reach;
+  if (device.info().reach_angle > 0.0) {
+    message.turn = reading.rotation.angularDistance(Eigen::Quaterniond::Identity()) / device.info().reach_angle;
+  }
+  return message;
+}
+
 /// The fields that every message of a server begins with.
 template <class Message>
 Message begin_message(const Simulation& simulation, std::int64_t server_id) {
@@ -161,6 +179,8 @@ status_t make_status(const Simulation& simulation, std::int64_t server_id) {
   const dynamics::Energy energy = simulation.energy();
   message.kinetic_energy = energy.kinetic;
   message.elastic_energy = energy.elastic;
+  for (int k = 0; k < simulation.devices().count(); ++k) message.devices.push_back(make_device(simulation.devices(), k));
+  message.device_count = simulation.devices().count();
   return message;
 }
 

@@ -83,6 +83,8 @@ def test_golden_reply_decodes_to_its_values() -> None:
 def test_golden_status_decodes_to_its_values() -> None:
     status = codec.decode_status(golden("status_t"))
     assert (status.state, status.steps, status.realtime_factor, status.dropped_messages) == ("failed", 11, 100.25, 6)
+    (device,) = status.devices
+    assert (device.pointer, device.state, device.faults, device.share) == (1, "silent", 2, 0.25)
 
 
 def test_golden_spidar_command_decodes_to_its_values() -> None:

@@ -198,6 +198,17 @@ status_t sample_status() {
   message.kinetic_energy = 0.125;
   message.elastic_energy = 0.375;
   message.bad_messages = 5;
+  device_t device{};
+  device.name = "SPIDAR-G6X3 (simulated)";
+  device.pointer = 1;
+  device.state = "silent";
+  device.last_fault = "silent";
+  device.faults = 2;
+  device.share = 0.25;
+  device.reach = 0.5;
+  device.turn = 0.75;
+  message.devices = {device};
+  message.device_count = 1;
   message.dropped_messages = 6;
   return message;
 }

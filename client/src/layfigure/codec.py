@@ -19,6 +19,7 @@ from layfigure.protocol import (
     Argument,
     Character,
     Command,
+    Device,
     Floats,
     Force,
     Joint,
@@ -151,7 +152,12 @@ def decode_force(data: bytes) -> Force:
 
 def decode_status(data: bytes) -> Status:
     raw = _decode(messages.status_t, data)
-    return Status(**{name: getattr(raw, name) for name in Status.__dataclass_fields__})
+    fields = {name: getattr(raw, name) for name in Status.__dataclass_fields__}
+    return Status(**(fields | {"devices": tuple(map(_device, raw.devices))}))
+
+
+def _device(raw: Any) -> Device:
+    return Device(**{name: getattr(raw, name) for name in Device.__dataclass_fields__})
 
 
 def decode_reply(data: bytes) -> Reply:

@@ -109,6 +109,20 @@ class Force:
 
 
 @dataclass(frozen=True)
+class Device:
+    """A haptic device of the server."""
+
+    name: str
+    pointer: int
+    state: str  # "ok", or why it has no force
+    last_fault: str
+    faults: int
+    share: float  # of the force that is let through, 0 to 1
+    reach: float  # 0 middle of its workspace .. 1 border
+    turn: float  # likewise, of its rotation
+
+
+@dataclass(frozen=True)
 class Status:
     time_us: int
     server_id: int
@@ -128,6 +142,7 @@ class Status:
     elastic_energy: float  # [J]
     bad_messages: int
     dropped_messages: int
+    devices: tuple[Device, ...]
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,15 @@ def _add_parser(subparsers: Any, name: str, help_text: str) -> Any:
 def run_status(options: argparse.Namespace) -> None:
     with open_bus(options) as bus:
         status = Connection(bus).wait_for_status()
-    for name, value in asdict(status).items():
+    fields = asdict(status)
+    del fields["devices"]
+    _print_fields(fields)
+    for device in status.devices:
+        _print_fields({f"pointer {device.pointer}, {name}": value for name, value in asdict(device).items()})
+
+
+def _print_fields(fields: dict[str, Any]) -> None:
+    for name, value in fields.items():
         print(f"{name}: {value:g}" if isinstance(value, float) else f"{name}: {value}")
 
 
