@@ -165,8 +165,10 @@ Wrench Guard::limit(double time, const Wrench& wanted) noexcept {
   has_limited_ = true;
   if (!wanted.is_finite()) trip(Fault::kBadWrench, now);
   if (elapsed > settings_.patience) trip(Fault::kLate, last + settings_.patience);
-  if (has_finite_ && now - last_good_ > settings_.patience && report_.fault == Fault::kNone) {
-    trip(Fault::kSilent, last_good_ + settings_.patience);
+  if (has_finite_ && now - last_good_ > settings_.patience) {
+    // What is known of a fault that keeps good readings away says more.
+    const bool explained = report_.fault != Fault::kNone && report_.fault != Fault::kSilent;
+    trip(explained ? report_.fault : Fault::kSilent, last_good_ + settings_.patience);
   }
   recover(now);
   if (report_.fault == Fault::kClosed) {

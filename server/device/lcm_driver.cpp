@@ -92,7 +92,7 @@ class LcmDriver : public Driver {
     exerted_ = wrench.is_finite() ? wrench : Wrench{};
     Command command{.state_sequence = state_.sequence, .active = true};
     if (kinematics_) {
-      const spidar::Tensions& tensions = kinematics_->tensions(exerted_).tensions;
+      const spidar::Tensions& tensions = kinematics_->tensions(exerted_);
       std::copy_n(tensions.data(), spidar::kStrings, command.tensions);
     } else {
       command.kind = kWrench;

@@ -68,16 +68,20 @@ SpidarKinematics::SpidarKinematics(spidar::Geometry geometry)
 
 Reading SpidarKinematics::read(const spidar::Lengths& lengths) noexcept {
   const spidar::PoseEstimate estimate = poses_.solve(lengths);
-  const bool good = estimate.converged && !estimate.suspicious;
-  if (good) pose_ = estimate.pose;
+  good_ = estimate.converged && !estimate.suspicious;
+  if (good_) pose_ = estimate.pose;
   Reading reading = to_reading(pose_);
-  if (!good) reading.status = Reading::Status::kInvalid;
+  if (!good_) reading.status = Reading::Status::kInvalid;
   return reading;
 }
 
-const spidar::TensionSolution& SpidarKinematics::tensions(const Wrench& wrench) noexcept {
-  solution_ = solver_.solve(pose_, to_spidar(wrench), solution_);
-  return solution_;
+const spidar::Tensions& SpidarKinematics::tensions(const Wrench& wrench) noexcept {
+  if (!good_ && wrench.is_zero()) {
+    solution_.tensions.setConstant(geometry_.least_tension);
+  } else {
+    solution_ = solver_.solve(pose_, to_spidar(wrench), solution_);
+  }
+  return solution_.tensions;
 }
 
 SimulatedSpidarDriver::SimulatedSpidarDriver(spidar::Geometry geometry)
@@ -106,7 +110,7 @@ void SimulatedSpidarDriver::write(const Wrench& wrench) noexcept {
   const Wrench possible = wrench.is_finite() ? Wrench{.force = shortened(wrench.force, info_.max_force),
                                                       .torque = shortened(wrench.torque, info_.max_torque)}
                                              : Wrench{};
-  spidar_.command(kinematics_.tensions(possible).tensions);
+  spidar_.command(kinematics_.tensions(possible));
 }
 
 Wrench SimulatedSpidarDriver::exerted() const noexcept {

@@ -191,9 +191,8 @@ TEST(Guard, FaultThatComesAgain_DoesNotPutOffTheFading) {
   Ticked ticked;
   ticked.start();
   const double begin = ticked.time;
-  int k = 0;
-  while (!ticked.last.is_zero() && ticked.time < begin + 1.0) {
-    (void)ticked.tick(++k % 2 == 0 ? at(0.0) : at(kNan), k % 3 == 0 ? push(kNan) : push(5.0));
+  for (int k = 1; !ticked.last.is_zero() && ticked.time < begin + 1.0; ++k) {
+    (void)ticked.tick(k % 2 == 0 ? at(0.0) : at(kNan), k % 3 == 0 ? push(kNan) : push(5.0));
   }
   EXPECT_LE(ticked.time - begin, kDeadline + 1e-9);
 }
@@ -231,7 +230,9 @@ TEST(Guard, RandomFaults_NeverAForceLongAfterOne) {
     const double since = ticked.time - last_fault;
     ASSERT_LE(wrench.force.norm(), 5.0);
     // Between the fading and the quiet time's end there is nothing.
-    if (ticked.guard.report().fault != Fault::kNone && since > kDeadline) ASSERT_TRUE(wrench.is_zero()) << k;
+    if (ticked.guard.report().fault != Fault::kNone && since > kDeadline) {
+      ASSERT_TRUE(wrench.is_zero()) << k;
+    }
   }
   EXPECT_GT(ticked.guard.report().trips, 100);
 }

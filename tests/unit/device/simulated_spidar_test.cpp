@@ -167,7 +167,7 @@ TEST(SimulatedSpidarFaults, WrenchNotFinite_NoForceWithinTenMilliseconds) {
 TEST(SimulatedSpidarFaults, CallerThatStops_TheStringsLetGo) {
   Rig rig;
   rig.run(1.0, kPush);
-  for (int k = 0; k < 13; ++k) (void)rig.driver.read(rig.time += kTick);
+  for (int k = 0; k < 16; ++k) (void)rig.driver.read(rig.time += kTick);
   EXPECT_LT(rig.driver.exerted().force.norm(), 0.1);
 }
 

@@ -20,15 +20,17 @@ struct layfigure_device {
   long reads;
 };
 
-static int opened = 0;
+/* Outlives the plugin, which is unloaded in between. */
+#define OPENED "LAYFIGURE_TEST_PLUGIN_OPENED"
 
 static layfigure_device* open_device(const char* config, char* error, size_t error_size) {
   (void)config;
-  if (DEFECT == does_not_open || (DEFECT == opens_once && opened)) {
+  if (DEFECT == does_not_open || (DEFECT == opens_once && getenv(OPENED) != NULL)) {
+    unsetenv(OPENED);
     snprintf(error, error_size, "the cable is not plugged in: plug it in");
     return NULL;
   }
-  opened = 1;
+  if (DEFECT == opens_once) setenv(OPENED, "1", 1);
   return calloc(1, sizeof(layfigure_device));
 }
 

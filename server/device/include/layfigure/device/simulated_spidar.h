@@ -28,14 +28,16 @@ class SpidarKinematics {
   [[nodiscard]] const spidar::Geometry& geometry() const { return geometry_; }
   /// kInvalid, with the last pose, for lengths that fit none well.
   [[nodiscard]] Reading read(const spidar::Lengths& lengths) noexcept;
-  /// At the last pose that was good.
-  [[nodiscard]] const spidar::TensionSolution& tensions(const Wrench& wrench) noexcept;
+  /// At the last pose that was good. No wrench at a pose that is not is the least tension on every string: no balance of
+  /// larger ones can be relied on.
+  [[nodiscard]] const spidar::Tensions& tensions(const Wrench& wrench) noexcept;
 
  private:
   spidar::Geometry geometry_;
   spidar::PoseSolver poses_;
   spidar::TensionSolver solver_;
   spidar::Pose pose_;
+  bool good_{false};
   spidar::TensionSolution solution_;
 };
 
