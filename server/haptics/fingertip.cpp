@@ -1,5 +1,6 @@
 #include "layfigure/haptics/fingertip.h"
 
+#include <algorithm>
 #include <string>
 
 namespace layfigure::haptics {
@@ -9,15 +10,17 @@ std::string name_of(int pointer) { return "fingertip of pointer " + std::to_stri
 
 }  // namespace
 
-dynamics::BodyDefinition fingertip_body(int pointer, const FingertipDefinition& fingertip, const PointerPose& pose) {
+double fingertip_mass(double doll_mass) { return std::min(kFingertipMass, kFingertipShare * doll_mass); }
+
+dynamics::BodyDefinition fingertip_body(int pointer, const FingertipDefinition& fingertip, double mass,
+                                        const PointerPose& pose) {
   dynamics::BodyDefinition body;
   body.name = name_of(pointer);
   body.anchor = pose.position;
   body.rotation = pose.rotation;
   body.rest_rotation = pose.rotation;
-  body.mass = kFingertipMass;
-  body.inertia =
-      (0.4 * kFingertipMass * fingertip.radius * fingertip.radius) * Eigen::Matrix3d::Identity();  // a ball's
+  body.mass = mass;
+  body.inertia = (0.4 * mass * fingertip.radius * fingertip.radius) * Eigen::Matrix3d::Identity();  // a ball's
   return body;
 }
 

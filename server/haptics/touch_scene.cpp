@@ -11,12 +11,19 @@ namespace {
 // A fingertip that begins deeper in something than this would be thrown out of it [m].
 constexpr double kMaxStartDepth = 1e-3;
 
+double mass_of(const doll::Doll& doll) {
+  double mass = 0.0;
+  for (const dynamics::BodyDefinition& body : doll.definition.bodies) mass += body.mass;
+  return mass;
+}
+
 scene::SceneDefinition scene_of(const doll::Doll& doll, std::span<const FingertipInScene> fingertips) {
   scene::SceneDefinition definition{.model = doll.definition, .shapes = doll.shapes, .excluded = doll.never_touch};
   const int first = static_cast<int>(doll.definition.bodies.size());
+  const double mass = fingertip_mass(mass_of(doll));
   for (const FingertipInScene& fingertip : fingertips) {
     const int body = static_cast<int>(definition.model.bodies.size());
-    definition.model.bodies.push_back(fingertip_body(fingertip.pointer, fingertip.definition, fingertip.pose));
+    definition.model.bodies.push_back(fingertip_body(fingertip.pointer, fingertip.definition, mass, fingertip.pose));
     definition.shapes.push_back(fingertip_shape(fingertip.pointer, fingertip.definition, body));
     definition.pads.push_back({.body = body, .radius = kPadShare * fingertip.definition.radius});
     for (int other = first; other < body; ++other) definition.excluded.emplace_back(other, body);
@@ -35,7 +42,7 @@ TouchScene::TouchScene(const doll::Doll& doll)
       scene_(scene_of(doll, {})),
       state_(dynamics::initial_state(scene_.model())) {
   weights_.first = doll_bodies_;
-  weights_.lift = -kFingertipMass * doll.definition.gravity;
+  weights_.lift = -fingertip_mass(mass_of(doll)) * doll.definition.gravity;
 }
 
 int TouchScene::body_of(int pointer) const {

@@ -141,12 +141,16 @@ def decode_force(data: bytes) -> Force:
         server_id=raw.server_id,
         sequence=raw.sequence,
         pointer=raw.pointer,
+        tool=raw.tool,
         attached=bool(raw.attached),
+        contact=bool(raw.contact),
         joint=raw.joint,
         position=_finite(raw.position, "position"),
         target=_finite(raw.target, "target"),
         force=_finite(raw.force, "force"),
         torque=_finite(raw.torque, "torque"),
+        hand_force=_finite(raw.hand_force, "hand_force"),
+        hand_torque=_finite(raw.hand_torque, "hand_torque"),
     )
 
 

@@ -21,7 +21,7 @@ class Scheduled:
 
 
 def schedule(hand: Hand, rate_hz: float) -> tuple[Scheduled, ...]:
-    """Times are summed before they are rounded to ticks, so that no rounding adds up. A motion takes at least a tick."""
+    """Times are summed before they are rounded to ticks: no rounding adds up. A motion takes at least a tick."""
     scheduled = []
     time_s, tick = 0.0, 0
     for action in hand.actions:
@@ -51,7 +51,8 @@ class HandMotion:
         self._fingers: dict[int, Floats] = {}  # of each pointer that has the tool, from `position`
         self._schedule = schedule(hand, rate_hz)
         self._grabbed_at = np.zeros(3)
-        self._held_at = np.zeros(3)
+        self._grabbed_world = np.zeros(3)
+        self._held_at = np.zeros(3)  # in the world
         self._moving: Scheduled | None = None
         self._from = np.zeros(3)
         self._to = np.zeros(3)
@@ -88,8 +89,14 @@ class HandMotion:
     def _take(self, hands: dict[int, Floats], held: Floats) -> None:
         middle = next(iter(hands.values())) if len(hands) == 1 else sum(hands.values(), np.zeros(3)) / len(hands)
         self.position = self._grabbed_at = middle
-        self._held_at = held
         self._fingers = {pointer: hand - middle for pointer, hand in hands.items()}
+        self._grabbed_world = self._world()
+        self._held_at = held
+
+    def _world(self) -> Floats:
+        """The middle of its pointers in the world."""
+        places = [self.maps[pointer].to_world(hand) for pointer, hand in self.targets()]
+        return np.asarray(sum(places, np.zeros(3)) / len(places))
 
     def released(self) -> None:
         self.position = None
@@ -112,7 +119,8 @@ class HandMotion:
         elif self.maps[self.pointer].unchanged:
             self._to = self._grabbed_at + (to - self._held_at)
         else:
-            self._to = self.position + self.maps[self.pointer].to_hand(to) - self.maps[self.pointer].to_hand(self._held_at)
+            held_now = self._held_at + (self._world() - self._grabbed_world)
+            self._to = self.position + (to - held_now) / self.maps[self.pointer].scale
 
     def advance(self, tick: int, moment: float) -> None:
         """Brings the pointers to where they are to be at the end of the tick, which is at `moment`, in ticks."""

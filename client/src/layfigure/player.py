@@ -13,16 +13,33 @@ from collections.abc import Callable
 
 import numpy as np
 
-from layfigure import codec, skeleton
+from layfigure import codec, rotation, skeleton
 from layfigure.bus import Bus
-from layfigure.connection import Connection
+from layfigure.connection import REPLY_TIMEOUT_S, Connection
 from layfigure.errors import LayfigureError, NoReplyError
 from layfigure.hand_motion import HandMotion, Scheduled
 from layfigure.protocol import POSE_CHANNEL, Argument, Character, Floats, Pose
-from layfigure.session import Grab, Key, Move, Release, Session
+from layfigure.session import (
+    Clutch,
+    Fingertip,
+    Grab,
+    Key,
+    Magnet,
+    Move,
+    Pin,
+    Pinch,
+    Release,
+    Scale,
+    Session,
+    Softness,
+    Touch,
+    Unpin,
+    Vector,
+)
 from layfigure.session_clock import LockstepClock, PointerMessages, RealtimeClock, SessionClock
 
 POSE_TIMEOUT_S = 5.0
+WORLD_BASE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # a device at the world's origin: x y z w x y z
 
 
 class Player:
@@ -33,6 +50,7 @@ class Player:
         self._connection = Connection(bus)
         self._session = session
         self._pose: Pose | None = None
+        self._pins: dict[int, list[float]] = {}  # numbers of the pins on each joint
         bus.subscribe(POSE_CHANNEL, self._on_pose)
 
     def play(self, stop: Callable[[], bool], progress: Callable[[float, float], None]) -> float:
@@ -49,6 +67,7 @@ class Player:
         ticks = max(hand.ticks for hand in hands)
         tick = 0
         try:
+            self._reset_maps()
             while not stop():
                 for hand in hands:
                     self._act(hand, tick, character, joints)
@@ -60,6 +79,8 @@ class Player:
                 progress(tick / character.pose_hz, ticks / character.pose_hz)
         finally:
             self._let_go(hands)
+            with contextlib.suppress(LayfigureError):
+                self._reset_maps(timeout_s=1.0)
         return tick / character.pose_hz
 
     def _pass_tick(self, hands: list[HandMotion], tick: int, clock: SessionClock) -> None:
@@ -94,23 +115,43 @@ class Player:
         match scheduled.action:
             case Grab() as grab:
                 self._grab(hand, grab, character, joints[grab.bone])
+            case Touch() as touch:
+                place = self._point_position(character, joints[touch.bone], touch.point) + np.array(touch.offset)
+                self._touch(hand, hand.pointer, place, touch.fingertip)
+                hand.touched(place)
+            case Pinch() as pinch:
+                self._pinch(hand, scheduled, pinch, self._point_position(character, joints[pinch.bone], pinch.point))
             case Move() as move:
                 hand.begin_move(scheduled, move)
             case Release():
-                self._connection.command("release", Argument("pointer", values=(hand.pointer,)))
+                for pointer in hand.holding:
+                    self._connection.command("release", _pointer(pointer))
                 hand.released()
+            case Pin() as pin:
+                self._pin(pin, character, joints[pin.bone])
+            case Unpin() as unpin:
+                self._unpin(unpin, joints)
+            case Softness() as softness:
+                of_bone = [] if softness.bone is None else [_bone(character, joints[softness.bone])]
+                self._connection.command("set", Argument("softness", values=(softness.factor,)), *of_bone)
+            case Scale() as scale:
+                self._set(hand.pointers, "scale", scale.scale)
+                for hand_map in hand.maps.values():
+                    hand_map.set_scale(scale.scale)
+            case Clutch() as clutch:
+                self._set(hand.pointers, "clutch", float(clutch.held))
+                for hand_map in hand.maps.values():
+                    hand_map.set_clutch(clutch.held)
+            case Magnet() as magnet:
+                self._set(hand.holding, "magnet", float(magnet.on))
             case Key():
                 self._connection.command("key")
 
     def _grab(self, hand: HandMotion, grab: Grab, character: Character, joint: int) -> None:
         """Sends the pointer to the bone first: the server keeps the offset that the two have at the grab."""
-        pointer = self._joint_position(character, joint)
-        self._connection.send_pointer(hand.pointer, pointer)
-        arguments = [
-            Argument("pointer", values=(hand.pointer,)),
-            Argument("bone", text=character.joints[joint].name),
-            Argument("mode", text=grab.mode),
-        ]
+        pointer = hand.maps[hand.pointer].to_hand(self._joint_position(character, joint))
+        self._send(hand, hand.pointer, pointer)
+        arguments = [_pointer(hand.pointer), _bone(character, joint), Argument("mode", text=grab.mode)]
         if grab.point is not None:
             arguments.append(Argument("point", values=grab.point))
         for name, value in (("stiffness", grab.stiffness), ("damping", grab.damping)):
@@ -119,6 +160,70 @@ class Player:
         reply = self._connection.command("grab", *arguments)
         hand.grabbed(pointer, np.array(reply.values("position")))
 
+    def _touch(self, hand: HandMotion, pointer: int, world: Floats, fingertip: Fingertip) -> None:
+        """Sends the pointer there first: its fingertip comes out where it is."""
+        self._send(hand, pointer, hand.maps[pointer].to_hand(world))
+        arguments = [_pointer(pointer)]
+        for name in ("radius", "friction", "stiffness", "damping"):
+            if (value := getattr(fingertip, name)) is not None:
+                arguments.append(Argument(name, values=(value,)))
+        if fingertip.magnet:
+            arguments.append(Argument("magnet", values=(1.0,)))
+        self._connection.command("touch", *arguments)
+
+    def _pinch(self, hand: HandMotion, scheduled: Scheduled, pinch: Pinch, middle: Floats) -> None:
+        along = np.array(pinch.along) / np.linalg.norm(pinch.along)
+        places = {hand.pointer: middle + 0.5 * pinch.width * along, pinch.second: middle - 0.5 * pinch.width * along}
+        self._touch(hand, hand.pointer, places[hand.pointer], pinch.fingertip)
+        try:
+            self._touch(hand, pinch.second, places[pinch.second], pinch.fingertip)
+        except LayfigureError:
+            self._connection.command("release", _pointer(hand.pointer))
+            raise
+        hand.begin_pinch(scheduled, places)
+
+    def _pin(self, pin: Pin, character: Character, joint: int) -> None:
+        arguments = [_bone(character, joint), Argument("mode", text=pin.mode), Argument("hold", text=pin.hold)]
+        if pin.point is not None:
+            arguments.append(Argument("point", values=pin.point))
+        reply = self._connection.command("pin", *arguments)
+        self._pins.setdefault(joint, []).extend(reply.values("pin"))
+
+    def _unpin(self, unpin: Unpin, joints: dict[str, int]) -> None:
+        if unpin.bone is None:
+            self._connection.command("unpin")
+            self._pins.clear()
+            return
+        for number in self._pins.pop(joints[unpin.bone], []):
+            self._connection.command("unpin", Argument("pin", values=(number,)))
+
+    def _set(self, pointers: tuple[int, ...], name: str, value: float, timeout_s: float = REPLY_TIMEOUT_S) -> None:
+        for pointer in pointers:
+            self._connection.command("set", _pointer(pointer), Argument(name, values=(value,)), timeout_s=timeout_s)
+
+    def _reset_maps(self, timeout_s: float = REPLY_TIMEOUT_S) -> None:
+        """The hands whose maps the session needs, or has changed, are where the world is."""
+        for hand in self._session.hands:
+            if not hand.uses_map or not self._bus.connected:
+                continue
+            for pointer in hand.pointers:
+                for name, values in (("clutch", (0.0,)), ("scale", (1.0,)), ("base", WORLD_BASE)):
+                    self._connection.command(
+                        "set", _pointer(pointer), Argument(name, values=values), timeout_s=timeout_s
+                    )
+
+    def _send(self, hand: HandMotion, pointer: int, position: Floats) -> int:
+        hand.maps[pointer].sent(position)
+        return self._connection.send_pointer(pointer, position)
+
+    def _point_position(self, character: Character, joint: int, point: Vector) -> Floats:
+        """A point of a bone, in the world."""
+        assert self._pose is not None
+        rotations, positions = skeleton.world_poses(
+            character, self._pose.root_translation[None], self._pose.rotations[None]
+        )
+        return np.asarray(positions[0, joint] + rotation.rotate(rotations[0, joint], np.array(point)))
+
     def _joint_position(self, character: Character, joint: int) -> Floats:
         assert self._pose is not None
         _, positions = skeleton.world_poses(character, self._pose.root_translation[None], self._pose.rotations[None])
@@ -126,17 +231,17 @@ class Player:
 
     def _send_pointers(self, hands: list[HandMotion]) -> PointerMessages:
         return [
-            (hand.pointer, self._connection.send_pointer(hand.pointer, hand.position))
-            for hand in hands
-            if hand.position is not None
+            (pointer, self._send(hand, pointer, position)) for hand in hands for pointer, position in hand.targets()
         ]
 
     def _let_go(self, hands: list[HandMotion]) -> None:
         """After a failure or an interruption; the failure that led here matters more than one on the way out."""
         for hand in hands:
-            if hand.position is not None and self._bus.connected:
+            for pointer in hand.holding:
+                if not self._bus.connected:
+                    return
                 with contextlib.suppress(LayfigureError):
-                    self._connection.command("release", Argument("pointer", values=(hand.pointer,)), timeout_s=1.0)
+                    self._connection.command("release", _pointer(pointer), timeout_s=1.0)
 
     def _on_pose(self, data: bytes) -> None:
         pose = codec.decode_pose(data)
@@ -149,8 +254,16 @@ def resolve_bones(character: Character, session: Session) -> dict[str, int]:
 
     Raises LayfigureError for an unknown or ambiguous name.
     """
-    names = [action.bone for hand in session.hands for action in hand.actions if isinstance(action, Grab)]
-    return {name: _resolve(character, name) for name in names}
+    bones = [getattr(action, "bone", None) for hand in session.hands for action in hand.actions]
+    return {name: _resolve(character, name) for name in bones if name is not None}
+
+
+def _pointer(pointer: int) -> Argument:
+    return Argument("pointer", values=(pointer,))
+
+
+def _bone(character: Character, joint: int) -> Argument:
+    return Argument("bone", text=character.joints[joint].name)
 
 
 def _resolve(character: Character, name: str) -> int:

@@ -100,12 +100,16 @@ class Force:
     server_id: int
     sequence: int
     pointer: int
-    attached: bool
-    joint: int
-    position: Floats  # (3) of the held point, world [m]
+    tool: str  # "none", "grab" or "touch"
+    attached: bool  # a tool is out
+    contact: bool  # it grabs, or its fingertip touches something
+    joint: int  # held or touched, -1: none
+    position: Floats  # (3) of the held point or the fingertip, world [m]
     target: Floats  # (3) of the pointer, world [m]
-    force: Floats  # (3) on the doll, world [N]
-    torque: Floats  # (3) on the doll about the held point, world [N m]
+    force: Floats  # (3) on the doll or the fingertip, world [N]
+    torque: Floats  # (3) about the held point, world [N m]
+    hand_force: Floats  # (3) that the hand is to feel, in the frame of its own poses [N]
+    hand_torque: Floats  # (3) [N m]
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,13 @@ inline constexpr double kFingertipRadius = 0.008;
 inline constexpr double kMinFingertipRadius = 1e-3;
 inline constexpr double kMaxFingertipRadius = 0.1;
 
-/// Of the last bone of a finger with its flesh [kg]. Little beside any body of a doll that a hand can hold, so that the
-/// doll does not feel it, and not so little that the contact's rows would be of different size. It has no weight: the
-/// hand carries that.
+/// Of the last bone of a finger with its flesh [kg], for a doll as heavy as a hand or more; for a lighter one this part
+/// of its mass, about that of a limb. The hand behind it, which the coupling stands for, is what the doll feels; this
+/// mass is only to be no larger than what it touches, so that a blow is that of the coupling, and of its size, so that
+/// the contact's rows are well conditioned. It has no weight: the hand carries that.
 inline constexpr double kFingertipMass = 0.010;
+inline constexpr double kFingertipShare = 0.02;
+[[nodiscard]] double fingertip_mass(double doll_mass);
 
 /// The pad's circle (scene::Pad) beside the fingertip's radius. A finger that presses with some newtons flattens to a
 /// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it.
@@ -38,8 +41,8 @@ struct FingertipDefinition {
   bool magnet{false};                   ///< sticks to what it touches, see Hands::set_magnet
 };
 
-/// A free root of the doll's model at `pose`.
-[[nodiscard]] dynamics::BodyDefinition fingertip_body(int pointer, const FingertipDefinition& fingertip,
+/// A free root of the doll's model at `pose`, of `mass` [kg].
+[[nodiscard]] dynamics::BodyDefinition fingertip_body(int pointer, const FingertipDefinition& fingertip, double mass,
                                                       const PointerPose& pose);
 /// Its shape on body `body`.
 [[nodiscard]] collision::ShapeDefinition fingertip_shape(int pointer, const FingertipDefinition& fingertip, int body);
