@@ -152,7 +152,8 @@ void CommandProcessor::unpin(const command_t& command, reply_t&) {
 }
 
 void CommandProcessor::set(const command_t& command, reply_t&) {
-  const Arguments arguments(command, {"pointer", "scale", "power_scale", "clutch", "base", "magnet", "softness", "bone"});
+  const Arguments arguments(command,
+                            {"pointer", "scale", "power_scale", "clutch", "base", "magnet", "softness", "bone"});
   HandSettings settings;
   settings.scale = arguments.number("scale", haptics::kMinScale, haptics::kMaxScale);
   settings.power_scale = arguments.number("power_scale", haptics::kMinPowerScale, haptics::kMaxPowerScale);

@@ -179,7 +179,8 @@ status_t make_status(const Simulation& simulation, std::int64_t server_id) {
   const dynamics::Energy energy = simulation.energy();
   message.kinetic_energy = energy.kinetic;
   message.elastic_energy = energy.elastic;
-  for (int k = 0; k < simulation.devices().count(); ++k) message.devices.push_back(make_device(simulation.devices(), k));
+  for (int k = 0; k < simulation.devices().count(); ++k)
+    message.devices.push_back(make_device(simulation.devices(), k));
   message.device_count = simulation.devices().count();
   return message;
 }

@@ -183,8 +183,8 @@ void check_devices(const ServerSettings& server) {
                                std::to_string(messaging::kMaxPointers));
   }
   if (configs > 1 && configs != devices) {
-    throw CLI::ValidationError("--device-config: " + std::to_string(configs) + " files for " +
-                               std::to_string(devices) + " devices, expected one for all or one for each");
+    throw CLI::ValidationError("--device-config: " + std::to_string(configs) + " files for " + std::to_string(devices) +
+                               " devices, expected one for all or one for each");
   }
 }
 

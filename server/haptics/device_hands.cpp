@@ -63,8 +63,8 @@ void DeviceHands::place_around(Hands& hands) const {
     const double side = count() == 1 ? 0.0 : k % 2 == 0 ? -0.5 : 0.5;
     hands.set_base(k, {.position = middle + side * kHandsApart * size * Eigen::Vector3d::UnitX()});
     hands.set_scale(k, scale);
-    hands.set_power_scale(k, std::clamp(usual_power_scale(scale, hands.default_stiffness()), kMinPowerScale,
-                                        kMaxPowerScale));
+    hands.set_power_scale(
+        k, std::clamp(usual_power_scale(scale, hands.default_stiffness()), kMinPowerScale, kMaxPowerScale));
   }
 }
 

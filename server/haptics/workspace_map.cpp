@@ -39,7 +39,8 @@ void WorkspaceMap::place(const PointerPose& world) {
 
 PointerPose WorkspaceMap::to_device(const PointerPose& world) const {
   const Eigen::Quaterniond R_DW = base_.conjugate();
-  return {.position = R_DW * (world.position - offset_) / scale_, .rotation = R_DW * world.rotation * turn_.conjugate()};
+  return {.position = R_DW * (world.position - offset_) / scale_,
+          .rotation = R_DW * world.rotation * turn_.conjugate()};
 }
 
 dynamics::BodyForce WorkspaceMap::to_hand(const dynamics::BodyForce& on_pointer) const {

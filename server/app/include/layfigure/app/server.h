@@ -21,8 +21,8 @@ struct ServerSettings {
   std::string channel_prefix;
   std::vector<std::string> devices;                   ///< kinds (device/open.h), at most messaging::kMaxPointers
   std::vector<std::filesystem::path> device_configs;  ///< none, one for all devices, or one for each
-  std::optional<double> duration;  ///< leave after so much wall-clock time [s], > 0
-  std::int64_t server_id{0};       ///< tells this run of a server from any other; random, not 0
+  std::optional<double> duration;                     ///< leave after so much wall-clock time [s], > 0
+  std::int64_t server_id{0};                          ///< tells this run of a server from any other; random, not 0
 };
 
 /// A doll on the bus. Owns the broker, the bus and the loop that simulates, answers commands and publishes.

@@ -38,17 +38,18 @@ struct SimulationSettings {
 /// What one `set` command changes; what is left out stays.
 struct HandSettings {
   int pointer{0};
-  std::optional<double> scale{};      ///< haptics::kMinScale to kMaxScale
+  std::optional<double> scale{};        ///< haptics::kMinScale to kMaxScale
   std::optional<double> power_scale{};  ///< haptics::kMinPowerScale to kMaxPowerScale
-  std::optional<bool> clutch{};       ///< held
-  std::optional<PointerPose> base{};  ///< X_WD of the pointer's device; needs a pointer without a tool
-  std::optional<bool> magnet{};       ///< needs a pointer that touches
-  std::optional<double> softness{};   ///< 0 to haptics::kMaxSoftness
-  std::optional<int> bone{};          ///< whose joint the softness is for; all joints' if left out
+  std::optional<bool> clutch{};         ///< held
+  std::optional<PointerPose> base{};    ///< X_WD of the pointer's device; needs a pointer without a tool
+  std::optional<bool> magnet{};         ///< needs a pointer that touches
+  std::optional<double> softness{};     ///< 0 to haptics::kMaxSoftness
+  std::optional<int> bone{};            ///< whose joint the softness is for; all joints' if left out
 };
 
-/// The doll in its hands (haptics::Hands), the devices that are some of them, and simulation time. Single-threaded; knows
-/// no messages. Devices live in the simulation's time with the lockstep clock, and in the wall clock's with the other.
+/// The doll in its hands (haptics::Hands), the devices that are some of them, and simulation time. Single-threaded;
+/// knows no messages. Devices live in the simulation's time with the lockstep clock, and in the wall clock's with the
+/// other.
 class Simulation {
  public:
   Simulation(doll::Doll doll, const SimulationSettings& settings, haptics::DeviceHands devices = {});
