@@ -5,17 +5,17 @@
  * The server is told to use it by --device PATH/plugin.so, with the path of a file of the plugin's own, if any, by
  * --device-config FILE. Try a plugin with layfigure-device-check PATH/plugin.so before a hand is put to it.
  *
- * Frames and units. The device's frame D is right-handed: x to the right, y away from the user, z up; its origin is where
- * the grip rests. Metres, newtons, newton metres, seconds, radians. Quaternions are unit, w x y z; the identity is how
- * the grip rests.
+ * Frames and units. The device's frame D is right-handed: x to the right, y away from the user, z up; its origin is
+ * where the grip rests. Metres, newtons, newton metres, seconds, radians. Quaternions are unit, w x y z; the identity
+ * is how the grip rests.
  *
- * Threads. Every function is called from one thread at a time. read() and write() are called one after the other at each
- * haptic tick, at 1 kHz to 10 kHz: they must not wait, not for the device either, and should neither allocate nor print.
- * A plugin whose device is slow talks to it on a thread of its own and hands over the newest value.
+ * Threads. Every function is called from one thread at a time. read() and write() are called one after the other at
+ * each haptic tick, at 1 kHz to 10 kHz: they must not wait, not for the device either, and should neither allocate nor
+ * print. A plugin whose device is slow talks to it on a thread of its own and hands over the newest value.
  *
- * Safety. The server limits forces and their rates, and asks for no force within 10 ms of anything that goes wrong. What
- * it cannot do is answer for itself when it is killed: a plugin of a device that can hurt sees to it that the device lets
- * go when write() is not called for 10 ms.
+ * Safety. The server limits forces and their rates, and asks for no force within 10 ms of anything that goes wrong.
+ * What it cannot do is answer for itself when it is killed: a plugin of a device that can hurt sees to it that the
+ * device lets go when write() is not called for 10 ms.
  */
 #ifndef LAYFIGURE_DEVICE_H
 #define LAYFIGURE_DEVICE_H
@@ -72,8 +72,8 @@ typedef struct {
   void (*info)(const layfigure_device* device, layfigure_device_info* info);
 
   /*
-   * The newest pose. `time` [s] runs evenly and never back, from any start: with the wall clock, or, when the server runs
-   * in lockstep, with the simulation. What a plugin integrates, it integrates over it.
+   * The newest pose. `time` [s] runs evenly and never back, from any start: with the wall clock, or, when the server
+   * runs in lockstep, with the simulation. What a plugin integrates, it integrates over it.
    */
   int (*read)(layfigure_device* device, double time, layfigure_device_state* state);
 

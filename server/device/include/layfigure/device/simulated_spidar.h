@@ -28,8 +28,8 @@ class SpidarKinematics {
   [[nodiscard]] const spidar::Geometry& geometry() const { return geometry_; }
   /// kInvalid, with the last pose, for lengths that fit none well.
   [[nodiscard]] Reading read(const spidar::Lengths& lengths) noexcept;
-  /// At the last pose that was good. No wrench at a pose that is not is the least tension on every string: no balance of
-  /// larger ones can be relied on.
+  /// At the last pose that was good. No wrench at a pose that is not is the least tension on every string: no balance
+  /// of larger ones can be relied on.
   [[nodiscard]] const spidar::Tensions& tensions(const Wrench& wrench) noexcept;
 
  private:
