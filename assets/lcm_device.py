@@ -23,10 +23,17 @@ from layfigure.errors import BusError
 from layfigure.protocol import SPIDAR_COMMAND_CHANNEL, SPIDAR_STATE_CHANNEL, Floats, SpidarCommand, SpidarState
 
 RATE_HZ = 1000.0
+MAX_FORCE_N = 3.0  # what a server expects of a device that it knows nothing of
 WATCHDOG_S = 0.010  # without a command it lets go
 MASS, STIFFNESS, DAMPING = 0.6, 135.0, 12.0  # of a hand that holds a grip: kg, N/m, N s/m
 CIRCLE_M, CIRCLE_HZ = 0.02, 0.5
 RETRY_S = 1.0
+
+
+def _cut(force: Floats) -> Floats:
+    """What the device can do of a force."""
+    size = float(np.linalg.norm(force))
+    return force if size <= MAX_FORCE_N else force * (MAX_FORCE_N / size)
 
 
 class Grip:
@@ -58,7 +65,7 @@ class Device:
         command: SpidarCommand = codec.decode_spidar_command(data)
         if command.device_id != self._id:
             return
-        self._force = command.force if command.active else np.zeros(3)
+        self._force = _cut(command.force) if command.active else np.zeros(3)
         self._last_command_s = time.monotonic()
 
     def tick(self, dt: float, time_s: float) -> None:

@@ -1,10 +1,10 @@
 /*
  * 3Dconnexion devices (SpaceMouse, SpaceNavigator, ..) through libspnav and the daemon spacenavd.
  *
- * Such a device does not tell where it is but how far its cap is pushed and turned. The plugin takes that as a velocity:
- *     p <- p + dt speed m / FULL_SCALE,   R <- exp(dt turn_speed r / FULL_SCALE) R
- * with m and r what spacenavd tells, in counts, and keeps p within `reach` of the origin. The cap let go, the pose stays.
- * Button 0 squeezes the grip. There is no force.
+ * Such a device does not tell where it is but how far its cap is pushed and turned. The plugin takes that as a
+ * velocity: p <- p + dt speed m / FULL_SCALE,   R <- exp(dt turn_speed r / FULL_SCALE) R with m and r what spacenavd
+ * tells, in counts, and keeps p within `reach` of the origin. The cap let go, the pose stays. Button 0 squeezes the
+ * grip. There is no force.
  *
  * spacenavd's axes are x right, y up, z away from the user, turns about the same: y and z change places in D.
  *
@@ -180,7 +180,8 @@ static void turn(layfigure_device* device, double dt) {
   double* q = device->rotation;
   const double turned[4] = {w * q[0] - x * q[1] - y * q[2] - z * q[3], w * q[1] + x * q[0] + y * q[3] - z * q[2],
                             w * q[2] - x * q[3] + y * q[0] + z * q[1], w * q[3] + x * q[2] - y * q[1] + z * q[0]};
-  const double norm = sqrt(turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2] + turned[3] * turned[3]);
+  const double norm =
+      sqrt(turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2] + turned[3] * turned[3]);
   int k;
   for (k = 0; k < 4; ++k) q[k] = turned[k] / norm;
 }

@@ -89,7 +89,7 @@ class LcmDriver : public Driver {
   }
 
   void write(const Wrench& wrench) noexcept override {
-    exerted_ = wrench.is_finite() ? wrench : Wrench{};
+    exerted_ = possible(wrench, info_);
     Command command{.state_sequence = state_.sequence, .active = true};
     if (kinematics_) {
       const spidar::Tensions& tensions = kinematics_->tensions(exerted_);

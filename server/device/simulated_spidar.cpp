@@ -107,10 +107,7 @@ Reading SimulatedSpidarDriver::read(double time) noexcept {
 void SimulatedSpidarDriver::write(const Wrench& wrench) noexcept {
   if (closed_) return;
   last_write_ = time_;
-  const Wrench possible = wrench.is_finite() ? Wrench{.force = shortened(wrench.force, info_.max_force),
-                                                      .torque = shortened(wrench.torque, info_.max_torque)}
-                                             : Wrench{};
-  spidar_.command(kinematics_.tensions(possible));
+  spidar_.command(kinematics_.tensions(possible(wrench, info_)));
 }
 
 Wrench SimulatedSpidarDriver::exerted() const noexcept {

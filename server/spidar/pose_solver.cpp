@@ -140,22 +140,22 @@ double PoseSolver::misfit_at(const Pose& pose, const Lengths& lengths) const {
 void PoseSolver::judge(const Lengths& lengths, PoseEstimate& estimate) const {
   estimate.misfit = misfit_at(estimate.pose, lengths);
   estimate.suspicious = !(estimate.misfit <= kSuspiciousCounts * geometry_.metres_per_count);
-  if (estimate.suspicious) estimate.suspect = find_suspect(estimate.pose, lengths);
+  if (estimate.suspicious) find_suspect(lengths, estimate);
 }
 
 /// Seven strings still have a spare equation: without the one that is wrong it holds.
-int PoseSolver::find_suspect(const Pose& pose, const Lengths& lengths) const {
-  int suspect = kNone;
-  double least = INFINITY;
+void PoseSolver::find_suspect(const Lengths& lengths, PoseEstimate& estimate) const {
+  double least_misfit = INFINITY;
   for (int i = 0; i < kStrings; ++i) {
-    const PoseEstimate others = refine(pose, lengths, kWarmSteps, 0.0, i);
+    const PoseEstimate others = refine(estimate.pose, lengths, kWarmSteps, 0.0, i);
     Lengths misfit = string_lengths(geometry_, others.pose) - lengths;
+    const double excess = -misfit[i];
     misfit[i] = 0.0;
-    if (!(misfit.norm() < least)) continue;
-    least = misfit.norm();
-    suspect = i;
+    if (!(misfit.norm() < least_misfit)) continue;
+    least_misfit = misfit.norm();
+    estimate.suspect = i;
+    estimate.excess = excess;
   }
-  return suspect;
 }
 
 Matrix6 pose_covariance(const Geometry& geometry, const Pose& pose) {

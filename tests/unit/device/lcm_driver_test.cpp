@@ -137,7 +137,7 @@ TEST(LcmDriver, Wrench_ReachesTheDeviceAndCloseLetsGo) {
   auto driver = open_lcm_device(broker.url());
   Peer peer(broker.url());
   (void)read_after(*driver, peer, pose_state("0", 7));
-  const Wrench wrench{.force = {1.0, -2.0, 3.0}, .torque = {0.1, 0.2, -0.3}};
+  const Wrench wrench{.force = {1.0, -2.0, 1.5}, .torque = {0.01, 0.02, -0.03}};
   ASSERT_TRUE(eventually([&] {
     driver->write(wrench);
     return !peer.commands().empty();
@@ -147,8 +147,8 @@ TEST(LcmDriver, Wrench_ReachesTheDeviceAndCloseLetsGo) {
   EXPECT_EQ(command.device_id, "0");
   EXPECT_EQ(command.kind, 1);
   EXPECT_GE(command.state_sequence, 7);
-  EXPECT_EQ(command.force[2], 3.0);
-  EXPECT_EQ(command.torque[1], 0.2);
+  EXPECT_EQ(command.force[2], 1.5);
+  EXPECT_EQ(command.torque[1], 0.02);
   driver->close();
   ASSERT_TRUE(eventually([&] { return !peer.commands().back().active; }));
   EXPECT_EQ(peer.commands().back().force[2], 0.0);

@@ -8,8 +8,28 @@
 #include "layfigure_device.h"
 
 enum {
-  good, wrong_version, no_symbol, no_table, no_read, no_close, does_not_open, bad_info, no_name, nan_pose, not_unit,
-  jumps, far, slow, never, blocks, takes_nan, unlimited, holds_on, weak, opens_once, goes
+  good,
+  wrong_version,
+  no_symbol,
+  no_table,
+  no_read,
+  no_close,
+  does_not_open,
+  bad_info,
+  no_name,
+  nan_pose,
+  not_unit,
+  jumps,
+  far,
+  slow,
+  never,
+  blocks,
+  takes_nan,
+  unlimited,
+  holds_on,
+  weak,
+  opens_once,
+  goes
 };
 
 #define MAX_FORCE 4.0

@@ -90,10 +90,24 @@ TEST(PoseSolver, OneStringWrong_IsNoticedAndMostlyNamed) {
     const PoseEstimate estimate = solver.solve(lengths);
     noticed += estimate.suspicious ? 1 : 0;
     named += estimate.suspect == wrong ? 1 : 0;
+    if (estimate.suspect == wrong) {
+      EXPECT_NEAR(estimate.excess, 0.01, 1e-4);
+    }
   }
   // A string that the balance of tensions hardly needs shows little; two that are placed alike cannot be told apart.
   EXPECT_GE(noticed, 195);
   EXPECT_GE(named, 185);
+}
+
+TEST(PoseSolver, StringTooShort_ItsExcessIsBelowZero) {
+  const Geometry geometry = test::device("g6x4");
+  PoseSolver solver(geometry);
+  Lengths lengths = string_lengths(geometry, hand_at(0.2));
+  ASSERT_EQ(solver.solve(lengths).excess, 0.0);
+  lengths[2] -= 0.004;  // slipped
+  const PoseEstimate estimate = solver.solve(lengths);
+  ASSERT_EQ(estimate.suspect, 2);
+  EXPECT_NEAR(estimate.excess, -0.004, 1e-5);
 }
 
 TEST(PoseSolver, LengthsThatAreNotFinite_KeepTheLastPose) {

@@ -45,11 +45,16 @@ struct Info {
   [[nodiscard]] bool feels_torque() const { return max_torque > 0.0; }
 };
 
-/// `v`, shortened to a size of `most` if it is longer; nothing of what is not finite.
+/// `v`, shortened to a size of `most` if it is longer.
 [[nodiscard]] inline Eigen::Vector3d shortened(const Eigen::Vector3d& v, double most) {
-  if (!v.allFinite()) return Eigen::Vector3d::Zero();
   const double size = v.stableNorm();
   return size > most ? Eigen::Vector3d(v / size * most) : v;
+}
+
+/// What a device can exert of a wrench: cut to its force and torque, nothing of one that is not finite.
+[[nodiscard]] inline Wrench possible(const Wrench& wrench, const Info& info) {
+  if (!wrench.is_finite()) return {};
+  return {.force = shortened(wrench.force, info.max_force), .torque = shortened(wrench.torque, info.max_torque)};
 }
 
 }  // namespace layfigure::device

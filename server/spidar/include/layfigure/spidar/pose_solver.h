@@ -16,6 +16,8 @@ struct PoseEstimate {
   bool suspicious{false};  ///< the misfit is too large for the encoders' rounding: slack, slip, or a wrong calibration
   int suspect{-1};         ///< the string without which the others fit best (where two are placed alike, one of
                            ///< them); -1: not suspicious
+  double excess{0.0};      ///< by which the suspect's length is more than the other seven strings say [m]: above 0 it
+                           ///< is slack or broken off its reel, below it slipped or its encoder is stuck; 0: no suspect
 };
 
 /// The grip's pose from the strings' lengths: Gauss-Newton on L_i(p, R) - l_i,
@@ -45,7 +47,7 @@ class PoseSolver {
   [[nodiscard]] PoseEstimate find(const Lengths& lengths) const;
   [[nodiscard]] double misfit_at(const Pose& pose, const Lengths& lengths) const;
   void judge(const Lengths& lengths, PoseEstimate& estimate) const;
-  [[nodiscard]] int find_suspect(const Pose& pose, const Lengths& lengths) const;
+  void find_suspect(const Lengths& lengths, PoseEstimate& estimate) const;
 
   const Geometry& geometry_;
   std::unique_ptr<const Strings> strings_;
