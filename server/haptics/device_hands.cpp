@@ -71,11 +71,15 @@ void DeviceHands::place_around(Hands& hands) const {
 void DeviceHands::guide(int pointer, const PointerPose& world, Hands& hands) {
   Hand& hand = devices_[pointer];
   const Pointer& guided = hands.pointers().at(pointer);
-  if (guided.tool() == Tool::kNone) {
-    hands.place(pointer, world);
+  if (guided.tool() != Tool::kNone) {
+    hand.guided = guided.map().to_device(world);
     return;
   }
-  hand.guided = guided.map().to_device(world);
+  hands.place(pointer, world);
+  if (!hand.device.info().simulated) return;
+  hand.placed = world;
+  hand.wanted = hand.guided = {};
+  hand.glide.stop();
 }
 
 void DeviceHands::glide(int pointer, std::int64_t steps) {
@@ -108,7 +112,12 @@ void DeviceHands::begin_step(double time, Hands& hands) {
     hand.reading = hand.device.read(time);
     if (hand.reading.status != device::Reading::Status::kOk) continue;
     hands.receive(k, {.position = hand.reading.position, .rotation = hand.reading.rotation});
-    hands.glide(k, 1);
+    if (hands.pointers().at(k).tool() != Tool::kNone) hand.placed.reset();
+    if (hand.placed) {
+      hands.place(k, *hand.placed);
+    } else {
+      hands.glide(k, 1);
+    }
   }
 }
 

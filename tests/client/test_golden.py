@@ -57,7 +57,10 @@ def test_golden_pose_decodes_to_its_values() -> None:
 def test_golden_force_decodes_to_its_values() -> None:
     force = codec.decode_force(golden("force_t"))
     assert (force.pointer, force.attached, force.joint, force.sequence) == (1, True, 3, 42)
+    assert (force.tool, force.contact) == ("touch", True)
     np.testing.assert_array_equal(force.force, [-3.0, -2.875, -2.75])
+    np.testing.assert_array_equal(force.hand_force, [5.0, 5.125, 5.25])
+    np.testing.assert_array_equal(force.hand_torque, [-6.0, -5.875, -5.75])
 
 
 def test_golden_mesh_decodes_to_its_values() -> None:

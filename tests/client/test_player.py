@@ -11,7 +11,25 @@ from layfigure.bus import Bus
 from layfigure.errors import LayfigureError, RefusedError
 from layfigure.hand_motion import HandMotion, progress_of, schedule
 from layfigure.player import Player, resolve_bones
-from layfigure.session import Action, Grab, Hand, Key, Move, Release, Session, Wait
+from layfigure.session import (
+    Action,
+    Clutch,
+    Fingertip,
+    Grab,
+    Hand,
+    Key,
+    Magnet,
+    Move,
+    Pin,
+    Pinch,
+    Release,
+    Scale,
+    Session,
+    Softness,
+    Touch,
+    Unpin,
+    Wait,
+)
 
 RATE_HZ = synthetic.POSE_HZ
 
@@ -201,3 +219,83 @@ def test_resolve_bones_ambiguous_name_is_refused() -> None:
     with pytest.raises(LayfigureError, match="could be mixamorig:LeftHand, other:LeftHand"):
         resolve_bones(character, session(Grab("LeftHand"), Release()))
     assert resolve_bones(character, session(Grab("other:LeftHand"), Release())) == {"other:LeftHand": 3}
+
+
+def given(command: object) -> dict[str, object]:
+    return {argument.name: argument.text or tuple(argument.values) for argument in command.arguments}
+
+
+def sent(server: ScriptedServer, name: str) -> list[dict[str, object]]:
+    return [given(command) for command in server.commands if command.name == name]
+
+
+def test_play_touch_sends_the_pointer_before_the_fingertip_comes_out(bus: Bus, server: ScriptedServer) -> None:
+    touch = Touch("LeftHand", (0.0, 0.1, 0.0), fingertip=Fingertip(radius=0.01, magnet=True))
+    play(bus, server, session(touch, Move((0.0, -0.05, 0.0), 0.1, "grabbed", "linear"), Magnet(False), Release()))
+    assert sent(server, "touch") == [{"pointer": (0.0,), "radius": (0.01,), "magnet": (1.0,)}]
+    first, last = server.pointers[0].position, server.pointers[-1].position
+    np.testing.assert_allclose(np.array(last) - np.array(first), [0.0, -0.05, 0.0], atol=1e-12)
+    assert {"pointer": (0.0,), "magnet": (0.0,)} in sent(server, "set")
+    assert sent(server, "release") == [{"pointer": (0.0,)}]
+
+
+def test_play_pinch_closes_two_pointers_and_moves_both(bus: Bus, server: ScriptedServer) -> None:
+    pinch = Pinch("LeftHand", 2, (0.0, 2.0, 0.0), width=0.1, close=0.04, duration_s=0.1)
+    play(bus, server, session(pinch, Move((0.0, 0.0, 0.2), 0.1), Release()))
+    assert [command["pointer"] for command in sent(server, "touch")] == [(0.0,), (2.0,)]
+    paths = {number: np.array([p.position for p in server.pointers if p.pointer == number]) for number in (0, 2)}
+    apart = paths[0] - paths[2]
+    np.testing.assert_allclose(apart[0], [0.0, 0.1, 0.0], atol=1e-12)
+    np.testing.assert_allclose(apart[-1], [0.0, 0.04, 0.0], atol=1e-12)
+    middle = 0.5 * (paths[0] + paths[2])
+    np.testing.assert_allclose(middle[-1] - middle[0], [0.0, 0.0, 0.2], atol=1e-12)
+    assert [command["pointer"] for command in sent(server, "release")] == [(0.0,), (2.0,)]
+
+
+def test_play_pins_are_unpinned_by_their_numbers(bus: Bus, server: ScriptedServer) -> None:
+    play(bus, server, session(Pin("LeftHand"), Pin("LeftHand", hold="rigid"), Unpin("LeftHand"), Unpin(None)))
+    assert [command["hold"] for command in sent(server, "pin")] == ["stiff", "rigid"]
+    assert sent(server, "unpin") == [{"pin": (7.0,)}, {"pin": (7.0,)}, {}]
+
+
+def test_play_softness_names_the_bone(bus: Bus, server: ScriptedServer) -> None:
+    play(bus, server, session(Softness(0.5), Softness(0.25, "LeftHand"), Wait(0.1)))
+    plain, of_bone = sent(server, "set")
+    assert plain == {"softness": (0.5,)}
+    assert of_bone["softness"] == (0.25,)
+    assert str(of_bone["bone"]).endswith("LeftHand")
+
+
+def test_play_without_scale_or_fingertips_sets_nothing(bus: Bus, server: ScriptedServer) -> None:
+    play(bus, server, session(Grab("LeftHand"), Wait(0.1), Release()))
+    assert "set" not in server.command_names()
+
+
+def test_play_scale_and_clutch_are_undone_at_the_end(bus: Bus, server: ScriptedServer) -> None:
+    play(bus, server, session(Scale(2.0), Grab("LeftHand"), Clutch(True), Clutch(False), Release()))
+    settings = sent(server, "set")
+    assert [s["scale"] for s in settings if "scale" in s] == [(1.0,), (2.0,), (1.0,)]
+    assert [s["clutch"] for s in settings if "clutch" in s] == [(0.0,), (1.0,), (0.0,), (0.0,)]
+    assert "base" in settings[-1]
+
+
+def test_play_failure_puts_both_fingertips_away(bus: Bus, server: ScriptedServer) -> None:
+    server.refusals["key"] = "no"
+    pinch = Pinch("LeftHand", 2, (0.0, 1.0, 0.0), width=0.1, close=0.04, duration_s=0.1)
+    with pytest.raises(LayfigureError):
+        play(bus, server, session(pinch, Key(), Release()))
+    assert [command["pointer"] for command in sent(server, "release")] == [(0.0,), (2.0,)]
+
+
+def test_hand_motion_world_move_with_a_scale_brings_the_held_point_there() -> None:
+    motion = HandMotion(Hand(0, (Grab("A"), Move((5.0, 5.0, 5.0), 0.5, "world", "linear"), Release())), RATE_HZ)
+    hand_map = motion.maps[0]
+    hand_map.sent(np.array([1.0, 0.0, 0.0]))
+    motion.grabbed(pointer=np.array([1.0, 0.0, 0.0]), held=np.array([1.5, 0.0, 0.0]))
+    hand_map.set_scale(2.0)
+    scheduled = motion.due(0)[1]
+    assert isinstance(scheduled.action, Move)
+    motion.begin_move(scheduled, scheduled.action)
+    motion.advance(30, 30.0)
+    assert motion.position is not None
+    np.testing.assert_allclose(hand_map.to_world(motion.position), [4.5, 5.0, 5.0])

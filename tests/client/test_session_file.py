@@ -3,7 +3,24 @@ from pathlib import Path
 import pytest
 
 from layfigure.errors import LayfigureError
-from layfigure.session import Grab, Hand, Key, Move, Release, Session, Wait
+from layfigure.session import (
+    Clutch,
+    Fingertip,
+    Grab,
+    Hand,
+    Key,
+    Magnet,
+    Move,
+    Pin,
+    Pinch,
+    Release,
+    Scale,
+    Session,
+    Softness,
+    Touch,
+    Unpin,
+    Wait,
+)
 from layfigure.session_file import load_session
 
 GOOD = """
@@ -45,11 +62,61 @@ def test_load_session_every_action_becomes_plain_data(tmp_path: Path) -> None:
     assert load(tmp_path, GOOD) == Session("Both hands", (left, Hand(1, (Wait(1.0),))))
 
 
+TOOLS = """
+[[hand]]
+pointer = 0
+do = [
+  { softness = 0.5 },
+  { softness = 0, bone = "Arm" },
+  { scale = 2 },
+  { touch = "Hand", from = [0, 0.1, 0], point = [0, 0, 1], radius = 0.01, friction = 0, magnet = true },
+  { magnet = false },
+  { clutch = true },
+  { move = [0, 0, 1], over = 1 },
+  { clutch = false },
+  { release = true },
+  { pin = "Foot", mode = "6dof", hold = "rigid", point = [0, 1, 0] },
+  { pinch = "Arm", with = 3, along = [0, 1, 0], width = 0.1, close = 0.05, over = 0.5 },
+  { release = true },
+  { unpin = "Foot" },
+  { unpin = true },
+]
+"""
+
+
+def test_load_session_tools_become_plain_data(tmp_path: Path) -> None:
+    read = load(tmp_path, TOOLS).hands[0]
+    assert read.pointers == (0, 3)
+    assert read.uses_map
+    assert read.actions == (
+        Softness(0.5),
+        Softness(0.0, "Arm"),
+        Scale(2.0),
+        Touch("Hand", (0.0, 0.1, 0.0), (0.0, 0.0, 1.0), Fingertip(0.01, 0.0, magnet=True)),
+        Magnet(False),
+        Clutch(True),
+        Move((0.0, 0.0, 1.0), 1.0),
+        Clutch(False),
+        Release(),
+        Pin("Foot", (0.0, 1.0, 0.0), "6dof", "rigid"),
+        Pinch("Arm", 3, (0.0, 1.0, 0.0), 0.1, 0.05, 0.5),
+        Release(),
+        Unpin("Foot"),
+        Unpin(None),
+    )
+
+
 def hand(*actions: str) -> str:
     return f"[[hand]]\npointer = 0\ndo = [\n{','.join(actions)}\n]\n"
 
 
 GRAB, RELEASE = '{ grab = "A" }', "{ release = true }"
+TOUCH = '{ touch = "A", from = [0, 0.1, 0] }'
+
+
+def pinch(**options: str) -> str:
+    given = {"with": "1", "along": "[0, 1, 0]", "width": "0.1", "close": "0.05", "over": "1"} | options
+    return '{ pinch = "A", ' + ", ".join(f"{name} = {value}" for name, value in given.items() if value) + " }"
 
 
 @pytest.mark.parametrize(
@@ -99,6 +166,38 @@ GRAB, RELEASE = '{ grab = "A" }', "{ release = true }"
         (hand(RELEASE), "action 1 needs the hand to hold something"),
         (hand(GRAB, GRAB, RELEASE), "action 2 grabs 'A' while the hand holds 'A'"),
         (hand(GRAB), "still holds 'A' at its end"),
+        (hand('{ touch = "A" }', RELEASE), "(touch) needs `from`"),
+        (hand("{ touch = 3, from = [0, 0, 0] }", RELEASE), "(touch) is 3, expected the name of a bone"),
+        (hand('{ touch = "A", from = [0, 0] }', RELEASE), "from is [0, 0], expected three numbers"),
+        (hand('{ touch = "A", from = [0, 0, 0], radius = 1 }', RELEASE), "radius is 1, expected a number of at least"),
+        (hand('{ touch = "A", from = [0, 0, 0], friction = -1 }', RELEASE), "friction is -1"),
+        (hand('{ touch = "A", from = [0, 0, 0], magnet = 1 }', RELEASE), "magnet is 1, expected true or false"),
+        (hand('{ touch = "A", from = [0, 0, 0], mode = "6dof" }', RELEASE), "(touch) has an unknown 'mode'"),
+        (hand(TOUCH, GRAB, RELEASE), "action 2 grabs 'A' while the hand holds 'A'"),
+        (hand(GRAB, TOUCH, RELEASE), "action 2 touches 'A' while the hand holds 'A'"),
+        (hand(TOUCH), "still holds 'A' at its end"),
+        (hand(pinch(over=""), RELEASE), "(pinch) needs `over`"),
+        (hand(pinch(close="0.2"), RELEASE), "close is 0.2, expected a number of at least 0, at most 0.1"),
+        (hand(pinch(along="[0, 0, 0]"), RELEASE), "along is no direction"),
+        (hand(pinch(**{"with": "0"}), RELEASE), "with is 0, the hand's own pointer"),
+        (hand(pinch(**{"with": "16"}), RELEASE), "with is 16, expected a whole number 0 to 15"),
+        (hand(pinch(), RELEASE) + "[[hand]]\npointer = 1\ndo = [{ wait = 1 }]", "pointer 1 is an earlier hand's"),
+        (hand("{ magnet = true }"), "needs a fingertip that is out"),
+        (hand(GRAB, "{ magnet = true }", RELEASE), "needs a fingertip that is out"),
+        (hand('{ pin = "A", hold = "glue" }'), "hold is 'glue', expected stiff or rigid"),
+        (hand("{ pin = true }"), "(pin) is True, expected the name of a bone"),
+        (hand("{ unpin = false }"), "(unpin) is False, expected the name of a bone, or true for all"),
+        (hand('{ unpin = "A" }'), "unpins 'A', which no hand of the session pins"),
+        (hand("{ softness = -1 }"), "(softness) is -1"),
+        (hand("{ softness = 1, bone = 3 }"), "bone is 3, expected the name of a bone"),
+        (hand("{ scale = 0 }"), "(scale) is 0, expected a number of at least 0.001, at most 1000"),
+        (hand("{ clutch = 1 }"), "(clutch) is 1, expected true or false"),
+        (hand("{ clutch = true }"), "still holds the clutch at its end"),
+        (hand("{ clutch = true }", GRAB, RELEASE), "needs the clutch off"),
+        (
+            hand(GRAB, "{ clutch = true }", '{ move = [0, 0, 1], over = 1, space = "world" }', RELEASE),
+            "cannot go to a place in the world while the clutch is held",
+        ),
         ("[[hand]\n", "is not TOML"),
         ("a = 1\na = 2", "is not TOML"),
     ],

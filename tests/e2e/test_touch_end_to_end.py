@@ -111,7 +111,7 @@ PINS = """
 pointer = 0
 do = [
   { wait = 0.5 },
-  { pin = "hand.L", point = [0.0, 0.0, 0.0] },
+  { pin = "hand.L", point = [0.0, 0.0, 0.0], hold = "HOLD" },
   { pin = "hand.R", point = [0.0, 0.0, 0.0], hold = "HOLD" },
   { grab = "chest", stiffness = 300, damping = 3 },
   { move = [0.01, -0.03, 0.0], over = 0.5 },
@@ -125,9 +125,11 @@ do = [
 """
 
 
-@pytest.mark.parametrize("hold", ["stiff", "rigid"])
+# [m] A stiff pin gives by the pull over its stiffness: some newtons by 23 kN/m here. A rigid one by rounding, and by
+# what a turning bone's point leaves its line in a step.
+@pytest.mark.parametrize(("hold", "give"), [("stiff", 5e-4), ("rigid", 1e-5)])
 def test_pins_both_hands_stay_while_the_trunk_is_dragged(
-    hold: str, binary: Path, character: Path, tmp_path: Path
+    hold: str, give: float, binary: Path, character: Path, tmp_path: Path
 ) -> None:
     take = played(binary, character, PINS.replace("HOLD", hold), tmp_path)
     pinned = slice(at(take, 0.55), at(take, 2.2))
@@ -135,7 +137,7 @@ def test_pins_both_hands_stay_while_the_trunk_is_dragged(
     assert np.ptp(chest[:, 1]) > 0.01
     for bone in ("hand.L", "hand.R"):
         path = path_of(take, bone)[pinned]
-        assert np.linalg.norm(path - path[0], axis=1).max() < 1e-4
+        assert np.linalg.norm(path - path[0], axis=1).max() < give
     assert np.abs(take.rotations).max() <= 1.0
 
 

@@ -107,6 +107,8 @@ class ScriptedServer:
             self._publish_mesh(given)
         elif command.name == "grab":
             return [_result("joint", [2.0]), _result("position", [1.0, 2.0, 3.0])]
+        elif command.name == "pin":
+            return [_result("pin", [7.0])]
         elif command.name == "step":
             self._advance(int(given["count"].values[0]))
             return [_result("steps", [float(self.steps)])]

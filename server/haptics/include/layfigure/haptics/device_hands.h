@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "layfigure/device/device.h"
@@ -22,8 +23,10 @@ inline constexpr double kMostFeltStiffness = 1000.0;
 /// A device that tells how its grip is squeezed, or has buttons, needs nothing else: squeezing (or the first button)
 /// grabs the skin that is near, opening lets go; the second button is the clutch.
 ///
-/// A client's messages for such a pointer: while it has no tool they place it, wherever the grip is; with a tool out
-/// they tell a simulated device where its hand wants to be. A real device has a hand of its own, which goes before.
+/// A client's messages for such a pointer: while it has no tool they place it, wherever the grip is. With a tool out
+/// they tell a simulated device where its hand wants to be; a real one has a hand of its own. A simulated hand that was
+/// placed keeps the pointer there, its clutch held so to say, and goes back to the middle of its workspace, until a
+/// tool comes out.
 ///
 /// For the thread that steps the doll. begin_step(), end_step() and let_go() allocate, lock, log and throw nothing.
 class DeviceHands {
@@ -63,6 +66,7 @@ class DeviceHands {
     PointerPose wanted;  ///< by a simulated hand, in the device's frame ...
     PointerPose guided;  ///< ... and where it is led to
     Glide glide;
+    std::optional<PointerPose> placed;  ///< a simulated hand's pointer, until a tool comes out
     bool squeezed{false};
     bool clutched{false};
   };
