@@ -65,12 +65,13 @@ std::vector<std::pair<int, int>> sorted_pairs(std::vector<std::pair<int, int>> p
 }  // namespace
 
 struct World::Data {
-  explicit Data(WorldDefinition given);
+  Data(WorldDefinition given, const Data* other);
 
   void add(const Sphere& shape, int index) { add_core(make_polytope(shape, definition.shapes[index].X_BS), index); }
   void add(const Capsule& shape, int index) { add_core(make_polytope(shape, definition.shapes[index].X_BS), index); }
-  void add(const ConvexHull& shape, int index) { add_core(make_polytope(shape, definition.shapes[index].X_BS), index); }
+  void add(const ConvexHull& shape, int index);
   void add(const Plane&, int index);
+  [[nodiscard]] const Polytope* core_of(int index, const ConvexHull& shape, const Pose& X_BS) const;
   void add_core(Polytope core, int index);
 
   [[nodiscard]] bool some_may_meet() const;
@@ -88,6 +89,7 @@ struct World::Data {
   void test(const Candidate& candidate, PairContact& pair);
   void write_points(PairContact& pair);
 
+  const Data* like;            ///< while the shapes are added
   WorldDefinition definition;  ///< its excluded pairs sorted
   std::vector<Body> bodies;    ///< the world first
   std::vector<CoreShape> cores;
@@ -105,7 +107,8 @@ struct World::Data {
   NarrowScratch scratch;
 };
 
-World::Data::Data(WorldDefinition given) : definition(std::move(given)), bodies(definition.bodies + 1), sweep(0) {
+World::Data::Data(WorldDefinition given, const Data* other)
+    : like(other), definition(std::move(given)), bodies(definition.bodies + 1), sweep(0) {
   definition.excluded = sorted_pairs(std::move(definition.excluded));
   for (int i = 0; i < static_cast<int>(definition.shapes.size()); ++i) {
     std::visit([&](const auto& shape) { add(shape, i); }, definition.shapes[i].shape);
@@ -113,6 +116,24 @@ World::Data::Data(WorldDefinition given) : definition(std::move(given)), bodies(
   sweep = Sweep(static_cast<int>(cores.size()));
   boxes.resize(cores.size());
   active = some_may_meet();
+  like = nullptr;
+}
+
+/// The hull's core, if there is that shape under that index.
+const Polytope* World::Data::core_of(int index, const ConvexHull& shape, const Pose& X_BS) const {
+  const auto found = std::ranges::find(cores, index, &CoreShape::shape);
+  if (found == cores.end()) return nullptr;
+  const ShapeDefinition& known = definition.shapes[index];
+  const auto* hull = std::get_if<ConvexHull>(&known.shape);
+  const bool same = hull != nullptr && hull->vertices == shape.vertices &&
+                    known.X_BS.rotation.coeffs() == X_BS.rotation.coeffs() && known.X_BS.position == X_BS.position;
+  return same ? &found->core : nullptr;
+}
+
+void World::Data::add(const ConvexHull& shape, int index) {
+  const Pose& X_BS = definition.shapes[index].X_BS;
+  const Polytope* known = like == nullptr ? nullptr : like->core_of(index, shape, X_BS);
+  add_core(known == nullptr ? make_polytope(shape, X_BS) : *known, index);
 }
 
 void World::Data::add(const Plane&, int index) {
@@ -253,7 +274,11 @@ void World::Data::write_points(PairContact& pair) {
 
 World::World(WorldDefinition definition) {
   validate(definition);
-  data_ = std::make_unique<Data>(std::move(definition));
+  data_ = std::make_unique<Data>(std::move(definition), nullptr);
+}
+World::World(WorldDefinition definition, const World& like) {
+  validate(definition);
+  data_ = std::make_unique<Data>(std::move(definition), like.data_.get());
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;

@@ -69,7 +69,7 @@ dynamics::State TouchScene::carried_over(const dynamics::Model& model,
 }
 
 void TouchScene::set_fingertips(const doll::Doll& doll, std::span<const FingertipInScene> fingertips) {
-  scene::Scene scene(scene_of(doll, fingertips));
+  scene::Scene scene(scene_of(doll, fingertips), scene_);
   dynamics::State state = carried_over(scene.model(), fingertips);
   for (std::size_t i = 0; i < fingertips.size(); ++i) {
     const int pointer = fingertips[i].pointer;

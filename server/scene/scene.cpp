@@ -101,10 +101,11 @@ dynamics::Contact contact_of(const collision::ContactPoint& point, const std::ve
 }  // namespace
 
 struct Scene::Data {
-  explicit Data(SceneDefinition definition)
+  Data(SceneDefinition definition, const Data* like)
       : radii(scene::radii(definition)),
         pads(pad_radii(definition)),
-        world(world_definition(definition)),
+        world(like == nullptr ? collision::World(world_definition(definition))
+                              : collision::World(world_definition(definition), like->world)),
         model(std::move(definition.model)),
         workspace(model) {}
 
@@ -176,7 +177,9 @@ void Scene::Data::collect_contacts() {
   first_contact.push_back(static_cast<int>(contacts.size()));
 }
 
-Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition))) {}
+Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition), nullptr)) {}
+Scene::Scene(SceneDefinition definition, const Scene& like)
+    : data_(std::make_unique<Data>(std::move(definition), like.data_.get())) {}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;

@@ -19,6 +19,40 @@ WorldDefinition limbs_on_floor() {
   return definition;
 }
 
+/// Two boxes, the upper one by so much larger than the lower one.
+WorldDefinition two_boxes(double growth) {
+  WorldDefinition definition;
+  definition.bodies = 2;
+  for (int body = 0; body < 2; ++body) {
+    ConvexHull box;
+    const double half = body == 0 ? 0.1 : 0.1 * growth;
+    for (int corner = 0; corner < 8; ++corner) {
+      box.vertices.emplace_back((corner & 1) != 0 ? half : -half, (corner & 2) != 0 ? half : -half,
+                                (corner & 4) != 0 ? half : -half);
+    }
+    definition.shapes.push_back({.name = "box", .shape = box, .body = body});
+  }
+  return definition;
+}
+
+TEST(World, MadeLikeAnother_IsTheSameAsMadeAnew) {
+  const std::vector<Pose> poses{{}, {.position = {0.02, 0.01, 0.2}}};
+  const World first(two_boxes(1.0));
+  for (const double growth : {1.0, 1.5}) {  // the second is no shape that the first has
+    World anew(two_boxes(growth));
+    World like(two_boxes(growth), first);
+    ASSERT_EQ(anew.update(poses).status, UpdateStatus::kOk);
+    ASSERT_EQ(like.update(poses).status, UpdateStatus::kOk);
+    ASSERT_EQ(anew.contacts().size(), like.contacts().size());
+    ASSERT_FALSE(anew.contacts().empty());
+    for (std::size_t k = 0; k < anew.contacts().size(); ++k) {
+      EXPECT_EQ(anew.contacts()[k].p_Wa, like.contacts()[k].p_Wa);
+      EXPECT_EQ(anew.contacts()[k].p_Wb, like.contacts()[k].p_Wb);
+      EXPECT_EQ(anew.contacts()[k].gap, like.contacts()[k].gap);
+    }
+  }
+}
+
 TEST(World, FiftyLimbsAloneInTheAir_NoNarrowTest) {
   World world(testing::limbs(kLimbs));
   const UpdateReport report = world.update(testing::limb_poses(kLimbs, 1.0));

@@ -16,6 +16,7 @@ from layfigure.player import Player
 EPILOG = """\
 examples:
   layfigure play assets/sessions/demo.toml
+  layfigure play assets/sessions/touch.toml
   layfigure play session.toml --lcm-url tcpq://127.0.0.1:7700
 """
 

@@ -56,6 +56,8 @@ class World {
   /// O(v^3) for a hull of v vertices. Throws std::invalid_argument that names the shape, the value and the allowed
   /// range.
   explicit World(WorldDefinition definition);
+  /// The same world, made sooner: hulls that `like` has too, as the same shape under the same index, are taken over.
+  World(WorldDefinition definition, const World& like);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;

@@ -50,7 +50,7 @@ struct TouchRequest {
 ///
 /// Single-threaded; knows no messages and no clock. What throws std::invalid_argument, with one line that says why, has
 /// changed nothing. step() throws, locks and logs nothing, and allocates only where there are more contacts than ever
-/// before.
+/// before, or where a magnet takes hold.
 class Hands {
  public:
   /// Steps of `step` [s]. Skins the doll: O(n log n) in its triangles.

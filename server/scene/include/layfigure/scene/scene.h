@@ -60,6 +60,8 @@ class Scene {
  public:
   /// Throws std::invalid_argument that names the body, shape or pad, the value and the allowed range.
   explicit Scene(SceneDefinition definition);
+  /// The same scene, made sooner: hulls that `like` has too, under the same index, are taken over.
+  Scene(SceneDefinition definition, const Scene& like);
   ~Scene();
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
