@@ -30,7 +30,7 @@ Eigen::AlignedBox3d skin_box(const doll::Doll& doll) {
 double half_size(const doll::Doll& doll) { return 0.5 * skin_box(doll).sizes().maxCoeff(); }
 
 double usual_power_scale(double scale, double grip_stiffness) {
-  return std::min(1.0, kMostFeltStiffness / grip_stiffness) / (scale * scale);
+  return std::clamp(kFeltStiffness / (scale * scale * grip_stiffness), kMinPowerScale, kMaxPowerScale);
 }
 
 bool is_squeezed(const device::Reading& reading, bool before) {
@@ -63,8 +63,7 @@ void DeviceHands::place_around(Hands& hands) const {
     const double side = count() == 1 ? 0.0 : k % 2 == 0 ? -0.5 : 0.5;
     hands.set_base(k, {.position = middle + side * kHandsApart * size * Eigen::Vector3d::UnitX()});
     hands.set_scale(k, scale);
-    hands.set_power_scale(
-        k, std::clamp(usual_power_scale(scale, hands.default_stiffness()), kMinPowerScale, kMaxPowerScale));
+    hands.set_power_scale(k, usual_power_scale(scale, hands.default_stiffness()));
   }
 }
 
@@ -110,13 +109,14 @@ void DeviceHands::begin_step(double time, Hands& hands) {
     if (hand.glide.moving()) hand.wanted = hand.glide.advance();
     hand.device.aim(hand.wanted.position, hand.wanted.rotation);
     hand.reading = hand.device.read(time);
-    if (hand.reading.status != device::Reading::Status::kOk) continue;
-    hands.receive(k, {.position = hand.reading.position, .rotation = hand.reading.rotation});
+    if (hand.reading.status == device::Reading::Status::kOk) {
+      hands.receive(k, {.position = hand.reading.position, .rotation = hand.reading.rotation});
+    }
     if (hands.pointers().at(k).tool() != Tool::kNone) hand.placed.reset();
     if (hand.placed) {
       hands.place(k, *hand.placed);
     } else {
-      hands.glide(k, 1);
+      hands.follow(k);
     }
   }
 }

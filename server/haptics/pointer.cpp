@@ -3,6 +3,8 @@
 #include <cassert>
 #include <utility>
 
+#include "layfigure/math/rotation.h"
+
 namespace layfigure::haptics {
 
 void Pointer::receive(const PointerPose& hand) {
@@ -14,6 +16,15 @@ void Pointer::receive(const PointerPose& hand) {
 }
 
 void Pointer::glide(std::int64_t steps) { glide_.start(pose_, newest_, steps); }
+
+void Pointer::follow(double h) {
+  const double share = h / (h + kVelocitySmoothing);
+  velocity_ += share * ((newest_.position - pose_.position) / h - velocity_);
+  const Eigen::Vector3d turn = math::log_rotation(newest_.rotation * pose_.rotation.conjugate());
+  angular_velocity_ += share * (turn / h - angular_velocity_);
+  pose_ = newest_;
+  glide_.stop();
+}
 
 void Pointer::set_clutch(bool held) { map_.set_clutch(held); }
 
@@ -57,6 +68,8 @@ void Pointer::set_fingertip_body(int body) {
 void Pointer::detach() {
   grip_.reset();
   fingertip_.reset();
+  velocity_.setZero();
+  angular_velocity_.setZero();
   pose_ = newest_;
 }
 
@@ -65,8 +78,8 @@ const dynamics::Coupling& Pointer::aim(double h) {
   dynamics::Coupling& coupling = grip_->coupling;
   coupling.target_position = pose_.position + grip_->position_offset;
   coupling.target_rotation = pose_.rotation * grip_->rotation_offset;
-  coupling.target_velocity = glide_.velocity(h);
-  coupling.target_angular_velocity = glide_.angular_velocity(h);
+  coupling.target_velocity = velocity_ + glide_.velocity(h);
+  coupling.target_angular_velocity = angular_velocity_ + glide_.angular_velocity(h);
   return coupling;
 }
 

@@ -51,6 +51,7 @@ class Player:
         self._session = session
         self._pose: Pose | None = None
         self._pins: dict[int, list[float]] = {}  # numbers of the pins on each joint
+        self._devices: dict[int, str] = {}  # of the server, by the pointers that they move
         bus.subscribe(POSE_CHANNEL, self._on_pose)
 
     def play(self, stop: Callable[[], bool], progress: Callable[[float, float], None]) -> float:
@@ -62,6 +63,7 @@ class Player:
         character = self._connection.fetch_character()
         joints = resolve_bones(character, self._session)
         pose = self._wait_for_pose(character)
+        self._devices = {device.pointer: device.name for device in self._connection.wait_for_status().devices}
         clock = self._clock(character, pose)
         hands = [HandMotion(hand, character.pose_hz) for hand in self._session.hands]
         ticks = max(hand.ticks for hand in hands)
@@ -135,10 +137,12 @@ class Player:
                 of_bone = [] if softness.bone is None else [_bone(character, joints[softness.bone])]
                 self._connection.command("set", Argument("softness", values=(softness.factor,)), *of_bone)
             case Scale() as scale:
+                self._require_no_device(hand)
                 self._set(hand.pointers, "scale", scale.scale)
                 for hand_map in hand.maps.values():
                     hand_map.set_scale(scale.scale)
             case Clutch() as clutch:
+                self._require_no_device(hand)
                 self._set(hand.pointers, "clutch", float(clutch.held))
                 for hand_map in hand.maps.values():
                     hand_map.set_clutch(clutch.held)
@@ -202,15 +206,24 @@ class Player:
             self._connection.command("set", _pointer(pointer), Argument(name, values=(value,)), timeout_s=timeout_s)
 
     def _reset_maps(self, timeout_s: float = REPLY_TIMEOUT_S) -> None:
-        """The hands whose maps the session needs, or has changed, are where the world is."""
+        """The hands whose maps the session needs, or has changed, are where the world is. Devices keep their maps:
+        their hands are told where to be in the world.
+        """
         for hand in self._session.hands:
             if not hand.uses_map or not self._bus.connected:
                 continue
-            for pointer in hand.pointers:
+            for pointer in set(hand.pointers) - set(self._devices):
                 for name, values in (("clutch", (0.0,)), ("scale", (1.0,)), ("base", WORLD_BASE)):
                     self._connection.command(
                         "set", _pointer(pointer), Argument(name, values=values), timeout_s=timeout_s
                     )
+
+    def _require_no_device(self, hand: HandMotion) -> None:
+        for pointer in hand.pointers:
+            if pointer in self._devices:
+                raise LayfigureError(
+                    f"pointer {pointer} is moved by a device, {self._devices[pointer]}: leave scale and clutch to it"
+                )
 
     def _send(self, hand: HandMotion, pointer: int, position: Floats) -> int:
         hand.maps[pointer].sent(position)

@@ -99,7 +99,13 @@ TEST(DeviceHands, AtFirst_ReachCoversTheDoll) {
   const double reach = rig.devices.device(0).info().reach;
   // The doll is 0.6 m long, along x.
   EXPECT_NEAR(rig.pointer().map().scale() * reach, 0.3, 0.05);
-  EXPECT_LE(rig.pointer().map().power_scale(), 1.0);
+}
+
+TEST(DeviceHands, AtFirst_GripOfDefaultStiffnessIsFeltTheSameForAnyDoll) {
+  const Rig rig = spidar_rig();
+  const WorkspaceMap& map = rig.pointer().map();
+  const double felt = map.power_scale() * map.scale() * map.scale() * rig.hands.default_stiffness();
+  EXPECT_NEAR(felt, kFeltStiffness, 1e-9 * kFeltStiffness);
 }
 
 TEST(DeviceHands, TwoDevices_StandSideBySideLeftFirst) {

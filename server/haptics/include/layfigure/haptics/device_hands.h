@@ -10,15 +10,17 @@
 
 namespace layfigure::haptics {
 
-/// The stiffness of a grip that a device is left to feel at most [N/m]: a third of what an ideal wall may have at 1 kHz
-/// with a SPIDAR's encoders.
-inline constexpr double kMostFeltStiffness = 1000.0;
+/// The stiffness of which a grip or fingertip is felt unless told otherwise [N/m]: a third of what an ideal wall may
+/// have at 1 kHz with a SPIDAR's encoders, and with the forces of a few newtons that it has as large as a few
+/// millimetres.
+inline constexpr double kFeltStiffness = 1000.0;
 
 /// Haptic devices as hands: device k moves pointer k, and feels what that exerts.
 ///
 /// At first a pointer stands where the doll's middle is, two of them side by side, its translation scale such that the
-/// grip's reach covers the doll. The power scale is 1 / s^2, with which the doll's stiffness is felt as it is; less
-/// where the grip of a large doll would be stiffer than kMostFeltStiffness. `set` changes all of it.
+/// grip's reach covers the doll. The power scale is such that a grip of the default stiffness k is felt with
+/// kFeltStiffness, P s^2 k: a small doll's forces are made larger, a large one's smaller, so that both can be felt and
+/// rendered. `set` changes all of it.
 ///
 /// A device that tells how its grip is squeezed, or has buttons, needs nothing else: squeezing (or the first button)
 /// grabs the skin that is near, opening lets go; the second button is the clutch.

@@ -72,6 +72,8 @@ class Hands {
   /// The pointer, or all of them, glide to their newest poses over the next `steps` steps, > 0.
   void glide(int id, std::int64_t steps) { pointers_.at(id).glide(steps); }
   void glide(std::int64_t steps);
+  /// The pointer of a device is at its newest pose, see Pointer::follow().
+  void follow(int id) { pointers_.at(id).follow(h_); }
 
   /// Holds a bone with a virtual coupling. Nothing jumps: the pointer's pose now corresponds to the held point as it is
   /// now. Defaults: stiffness k = m (2 pi 3 Hz)^2 with the doll's whole mass m, so that the doll hangs from the pointer

@@ -38,6 +38,10 @@ struct Fingertip {
   std::optional<dynamics::Tie> bond{};  ///< the magnet holds
 };
 
+/// Time constant of a device's velocity [s]: the damping of a coupling then makes no more of the encoders' rounding
+/// than its stiffness does, and a hand, which moves at less than 10 Hz, does not feel the lag.
+inline constexpr double kVelocitySmoothing = 0.01;
+
 enum class Tool { kNone, kGrab, kTouch };
 
 /// A hand in the scene: its pose in the world follows its hand's by a WorkspaceMap. With a tool out it does not jump to
@@ -58,6 +62,10 @@ class Pointer {
   void receive(const PointerPose& hand);
   /// Moves from the present pose to the newest over the next `steps` steps, > 0.
   void glide(std::int64_t steps);
+
+  /// Is at the newest pose now, a step of `h` [s] after the last: of a device, which tells where it is at every step.
+  /// The step's velocity is smoothed, since the encoders' rounding makes q / h of a length q: over kVelocitySmoothing.
+  void follow(double h);
 
   void set_scale(double scale) { map_.set_scale(scale); }
   void set_clutch(bool held);
@@ -92,6 +100,8 @@ class Pointer {
   std::optional<Fingertip> fingertip_;
 
   Glide glide_;
+  Eigen::Vector3d velocity_{Eigen::Vector3d::Zero()};          // of follow(), world [m/s]
+  Eigen::Vector3d angular_velocity_{Eigen::Vector3d::Zero()};  // [rad/s]
 };
 
 }  // namespace layfigure::haptics
