@@ -91,6 +91,7 @@ SimulatedSpidarDriver::SimulatedSpidarDriver(spidar::Geometry geometry)
 }
 
 Reading SimulatedSpidarDriver::read(double time) noexcept {
+  if (!std::isfinite(time)) return {.status = Reading::Status::kNothingNew};
   if (!started_) {
     started_ = true;
     time_ = last_write_ = time;

@@ -55,7 +55,7 @@ class TemporaryFile {
 /// Whether the conformance test passes; the lines that failed.
 std::pair<bool, std::string> checked(const OpenSettings& wanted, double seconds = 0.3) {
   std::string failed;
-  const bool passed = check_device([&] { return open_driver(wanted); }, {.seconds = seconds},
+  const bool passed = check_device([&] { return open_driver(wanted); }, {.seconds = seconds, .tick = 2.5e-4},
                                    [&](const CheckLine& line) {
                                      if (line.result == CheckLine::Result::kFailed) failed += line.what + "\n";
                                    });

@@ -182,6 +182,18 @@ TEST(SimulatedSpidarFaults, CallerThatComesBackLate_NoForceAtOnce) {
   EXPECT_EQ(rig.sent.force, kPush.force);
 }
 
+TEST(SimulatedSpidarFaults, TimeOrAimNotFinite_IsNotTaken) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  Rig rig;
+  EXPECT_EQ(rig.driver.read(kNan).status, Reading::Status::kNothingNew);
+  rig.device.aim({kNan, 0.0, 0.0}, Quaterniond::Identity());
+  rig.device.aim({0.01, 0.0, 0.0}, Quaterniond(0.0, 0.0, 0.0, 0.0));
+  rig.run(1.0, kPush);
+  EXPECT_EQ(rig.reading.status, Reading::Status::kOk);
+  EXPECT_EQ(rig.sent.force, kPush.force);
+  EXPECT_EQ(rig.driver.read(kNan).status, Reading::Status::kNothingNew);
+}
+
 TEST(SimulatedSpidarFaults, Closed_NoForceAnyMore) {
   Rig rig;
   rig.run(1.0, kPush);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <random>
@@ -82,6 +83,24 @@ TEST(DecodeSpidarState, CutOrTooLong_Refused) {
   }
   bytes.push_back(0);
   EXPECT_FALSE(decode_spidar_state(bytes).message);
+}
+
+TEST(DecodeSpidarState, RandomBytesAfterTheFingerprint_NeverThrowsAndWhatHoldsIsFit) {
+  const Bytes good = encode(testing::sample_spidar_state());
+  std::mt19937 random(20261123);
+  int accepted = 0;
+  for (int round = 0; round < 20000; ++round) {
+    Bytes bytes = good;
+    for (int change = 0; change < 2; ++change) {
+      bytes[8 + random() % (bytes.size() - 8)] = static_cast<std::uint8_t>(random());
+    }
+    Decoded<spidar_state_t> decoded;
+    ASSERT_NO_THROW(decoded = decode_spidar_state(bytes)) << "round " << round;
+    if (!decoded.message || decoded.message->kind != kSpidarPose) continue;
+    ++accepted;
+    for (const double x : decoded.message->position) ASSERT_LE(std::abs(x), 1e6) << "round " << round;
+  }
+  EXPECT_GT(accepted, 1000);
 }
 
 TEST(DecodePointer, OutOfRange_RefusedWithTheReason) {
