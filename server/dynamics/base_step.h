@@ -279,7 +279,7 @@ inline bool find_velocities(const StepContext& context, const Plan<T>& plan, std
     if (!constraints_matter(context, plan, nodes)) return false;
     begin_constraints(context, plan, nodes);
   }
-  renew_constraints(context, plan, nodes);
+  renew_constraints(context);
   while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
   return true;
 }
