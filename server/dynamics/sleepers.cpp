@@ -181,7 +181,7 @@ double Sleepers::margin(const Rider& rider, const RigidGroup& group, double tole
   const Eigen::Vector3d force = motion.specific_force + motion.acceleration.cross(d) + w.cross(w.cross(d));
   Eigen::Vector3d needed =
       lever.cross(behind.mass * force) + behind.inertia * motion.acceleration + w.cross(behind.inertia * w);
-  if (transmission.transmits(rider.body)) needed += motion.R_CW * transmission.moment(rider.body);
+  if (transmission.transmits(rider.body)) needed += transmission.moment(rider.body);
   return tolerance - (needed + rider.rotation * rider.torque).norm();
 }
 
@@ -211,25 +211,27 @@ bool Sleepers::find_calm(const RigidGroups& groups) {
 bool Sleepers::wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups,
                                const Transmission& transmission) {
   const bool calm = find_calm(groups);
-  if (calm && !transmission.any()) return false;
-  start_from(state);
-  const auto wake = [&](bool transmitting) {
-    for (const Rider& rider : groups.riders()) {
-      if (joints_[rider.body].welded || transmission.transmits(rider.body) != transmitting) continue;
-      if (!transmitting && !motions_[rider.carrier].matters) continue;
-      const RigidGroup& group = groups.group(rider.carrier);
-      const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
-      const double left = margin(rider, group, most, transmission);
-      if (!(left > 0.0)) {
-        wanted_[rider.body] = 0;
-      } else if (!transmitting) {
-        narrow_calm(rider, group, left);
-      }
+  bool some_wake = false;
+  const auto look_at = [&](const Rider& rider) {
+    if (joints_[rider.body].welded) return;
+    const RigidGroup& group = groups.group(rider.carrier);
+    const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
+    const double left = margin(rider, group, most, transmission);
+    if (!(left > 0.0)) {
+      if (!some_wake) start_from(state);
+      some_wake = true;
+      wanted_[rider.body] = 0;
+    } else if (!transmission.transmits(rider.body)) {
+      narrow_calm(rider, group, left);
     }
-    return differs_from(state);
   };
+  for (const int rider : transmission.transmitting()) look_at(groups.rider(rider));
   // What a pull does to bodies that hang on a joint which gives way to it is seen once that is awake.
-  return wake(true) || (!calm && wake(false));
+  if (some_wake || calm) return some_wake;
+  for (const Rider& rider : groups.riders()) {
+    if (motions_[rider.carrier].matters && !transmission.transmits(rider.body)) look_at(rider);
+  }
+  return some_wake;
 }
 
 bool Sleepers::let_sleep(const Model& model, const State& state) {
