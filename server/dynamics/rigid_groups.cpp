@@ -32,8 +32,9 @@ bool are_still(const BodyState* bodies, const Still* sleepers, std::size_t count
   bool asleep = true;
   for (const Still* was = sleepers; was != sleepers + count; ++was) {
     const BodyState& body = bodies[was->body];
-    math::Lanes4 linear = math::load(body.linear_momentum.data());
-    math::set_lane(linear, 3, 0.0);  // the flow, which matters to nothing that sleeps
+    // Not the flow, which matters to nothing that sleeps.
+    const math::Lanes4 linear(
+        __builtin_shufflevector(math::load(body.linear_momentum.data()).v, was->linear.v, 0, 1, 2, 7));
     same = same && math::load(body.rotation.coeffs().data()) == was->rotation && linear == was->linear &&
            math::load(body.angular_momentum.data()) == was->angular;
     asleep = asleep && body.asleep;

@@ -26,6 +26,7 @@ void Transmission::find_riders(const Model& model, const RigidGroups& groups, st
   transmitting_.clear();
   for (const int carrier : groups.carriers()) mark(model, groups, model.body(carrier).parent);
   for (const Coupling& coupling : couplings) mark(model, groups, coupling.body);
+  ++marks_;
   version_ = groups.version();
   pulled_.clear();
   for (const Coupling& coupling : couplings) pulled_.push_back(coupling.body);

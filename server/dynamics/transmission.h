@@ -36,6 +36,8 @@ class Transmission {
   /// O(n); nothing where no rider transmits any of it.
   void measure(const Model& model, const RigidGroups& groups, const Step& step, const Pulls& pulls);
 
+  /// Changes with the riders that transmit.
+  [[nodiscard]] int version() const { return marks_; }
   /// The riders that transmit any.
   [[nodiscard]] const std::vector<int>& transmitting() const { return transmitting_; }
   [[nodiscard]] bool transmits(int rider) const { return transmits_[rider] != 0; }
@@ -59,7 +61,8 @@ class Transmission {
 
   std::vector<char> transmits_;
   std::vector<int> transmitting_;
-  int version_{-1};          ///< of the groups that these are for ...
+  int marks_{0};             ///< how often these have been found
+  int version_{-1};          ///< of the groups that they are for ...
   std::vector<int> pulled_;  ///< ... and the bodies of the couplings
   std::vector<Eigen::Vector3d> moments_;
   std::vector<Wrench> needed_;  ///< by each group and all behind it, world
