@@ -11,10 +11,8 @@ namespace {
 
 // From a cold start most sets need 3 to 12 steps; one that needs more than this mostly cycles.
 constexpr int kFastIterations = 12;
-// Sets with contacts: plain steps, of which a steady state needs 1 or 2 ...
-constexpr int kDirectIterations = 2;
-// ... then steps in succession of the two ways, and how often they take turns. Most sets need 3 to 8 steps
-// of the first; where one way cycles, the other mostly leads out of its cycle.
+// Sets with contacts for which such steps do not go well: steps in succession of the two other ways, and how often
+// these take turns. Most sets need 3 to 8 of the first; where one way cycles, the other mostly leads out of its cycle.
 constexpr int kPullIterations = 20;
 constexpr int kCreepIterations = 10;
 constexpr int kTurns = 6;
@@ -67,7 +65,7 @@ bool has_contacts(const lcp::Problem& problem) {
 
 /// The law itself, friction and all, from `lambda`; true if that solves it.
 bool solve_contacts(lcp::Solver& solver) {
-  if (solver.solve_coulomb(kDirectIterations)) return true;
+  if (solver.solve_coulomb(kFastIterations, true)) return true;
   solver.keep_iterate();
   for (int turn = 0; turn < kTurns; ++turn) {
     if (solver.solve_by_pulling(kPullIterations) || solver.solve_by_creeping(kCreepIterations)) return true;

@@ -1,6 +1,7 @@
 #include "lcp_solver.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace layfigure::dynamics::lcp {
 namespace {
@@ -33,12 +34,21 @@ constexpr double kStrayed = 1e3;
 // A Newton step on the whole law is shortened until the residual falls; if it does not, the best of these is taken, for
 // a set may have to change through worse ones.
 constexpr double kStepLengths[] = {1.0, 0.5, 0.25, 0.1, 0.03};
+// Steps that leave more of the residual than this do not yet, or no longer, converge.
+constexpr double kGoodStep = 0.5;
 // What a sweep takes for the stiffness of a contact's block, a share of its trace: above half of its largest eigenvalue
 // in any case, which a projected gradient step needs to contract, and mostly near it.
 constexpr double kBlockStiffness = 0.6;
 constexpr int kBlockSteps = 3;
 // Rows below this, of a unit diagonal, move by rounding only.
 constexpr double kLeastStiffness = 1e-12;
+
+/// The more a stack carries at its foot, the softer it is.
+double largest_pull(const Vector& impulses) {
+  double largest = 1.0;
+  for (const double impulse : impulses) largest = std::max(largest, std::abs(impulse));
+  return kLargestPull / largest;
+}
 
 }  // namespace
 
@@ -105,7 +115,7 @@ bool Solver::accept() {
   return false;
 }
 
-bool Solver::solve_coulomb(int limit) {
+bool Solver::solve_coulomb(int limit, bool while_halved) {
   y = lambda;
   std::fill(pull.begin(), pull.end(), 0.0);
   double residual = residual_here();
@@ -113,7 +123,9 @@ bool Solver::solve_coulomb(int limit) {
     if (residual <= kLcpTolerance && accept()) return true;
     coulomb_step(problem, pull, y, v, step);
     ++iterations;
+    const double before = residual;
     residual = take_step(residual);
+    if (while_halved && !(residual <= kGoodStep * before)) break;
   }
   return residual <= kLcpTolerance && accept();
 }
@@ -172,13 +184,13 @@ bool Solver::solve_round(double epsilon, double wanted) {
 bool Solver::solve_by_pulling(int limit) {
   y = lambda;
   double residual = residual_here();
-  double epsilon = std::min(kPullPerResidual * residual, kLargestPull);
+  double epsilon = std::min(kPullPerResidual * residual, largest_pull(y));
   for (const int end = iterations + limit; iterations < end && epsilon <= kStrongestPull;) {
     if (residual <= kLcpTolerance && polish_and_accept(residual)) return true;
     center = y;
     if (solve_round(epsilon, std::max(kRoundShare * residual, kRoundShare * kLcpTolerance))) {
       residual = residual_here();
-      epsilon = std::min(epsilon, kPullPerResidual * residual);
+      epsilon = std::min({epsilon, kPullPerResidual * residual, largest_pull(y)});
     } else {
       y = center;
       residual = residual_here();

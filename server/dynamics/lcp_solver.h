@@ -28,9 +28,9 @@ struct Solver {
   /// Sizes the scratch to the problem and takes `lambda`, projected, as the best iterate.
   void start();
 
-  /// Newton's method on the law (1) from `lambda`, at most `limit` steps. True: `lambda` is the answer; else it is as
-  /// it was.
-  [[nodiscard]] bool solve_coulomb(int limit);
+  /// Newton's method on the law (1) from `lambda`, at most `limit` steps, or none after one that does not halve the
+  /// residual. True: `lambda` is the answer; else it is as it was.
+  [[nodiscard]] bool solve_coulomb(int limit, bool while_halved = false);
   /// After that: goes on from the last iterate if that is nearer to an answer.
   void keep_iterate();
   /// Rounds of the proximal-point method on the law, equation (2), from `lambda`, until they have taken `limit` steps.

@@ -23,7 +23,8 @@
 ///  1. Without contacts: Newton's method on (1), semismooth, from the given lambda; a step is shortened where the
 ///     residual would not fall. A step solves one system of the size of the active set, symmetric unless a contact
 ///     slides. It is a primal-dual active-set method: one step is exact once the active set is right.
-///  2. With contacts: rounds of the proximal-point method on the law itself, (1) for the velocities
+///  2. With contacts: such steps while each halves the residual, as near a solution they do; then rounds of the
+///     proximal-point method on the law itself, (1) for the velocities
 ///         v + e (lambda - lambda[k])                                                                             (2)
 ///     by the same method. Where redundant contacts contradict each other a little, such as those of a capsule that
 ///     lies on a plane, the systems of 1 have no solution and its steps no bound; those of (2) have, to first order,
