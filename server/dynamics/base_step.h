@@ -129,12 +129,13 @@ inline CouplingTerms coupling_terms(const StepContext& context, const Plan<T>& p
   const Vec3<double> held = origin_of(context, plan, nodes, copy, coupling.body) + terms.r;
   terms.resistance = h * coupling.stiffness + coupling.damping;
   terms.pull = scaled(target - held, coupling.stiffness) + scaled(target_velocity, coupling.damping);
+  terms.angular_resistance = h * coupling.angular_stiffness + coupling.angular_damping;
+  terms.angular_pull = scaled(target_spin, coupling.angular_damping);
+  if (coupling.angular_stiffness == 0.0) return terms;
   const Quat<double> wanted =
       math::exp_rotation(scaled(target_spin, end)) * math::broadcast<double>(coupling.target_rotation);
   const Quat<double> frame = orientation * math::broadcast<double>(coupling.orientation);
-  terms.angular_resistance = h * coupling.angular_stiffness + coupling.angular_damping;
-  terms.angular_pull = scaled(math::log_rotation(wanted * conjugate(frame)), coupling.angular_stiffness) +
-                       scaled(target_spin, coupling.angular_damping);
+  terms.angular_pull += scaled(math::log_rotation(wanted * conjugate(frame)), coupling.angular_stiffness);
   return terms;
 }
 
@@ -279,7 +280,7 @@ inline bool find_velocities(const StepContext& context, const Plan<T>& plan, std
     if (!constraints_matter(context, plan, nodes)) return false;
     begin_constraints(context, plan, nodes);
   }
-  renew_constraints(context, plan, nodes);
+  renew_constraints(context);
   while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
   return true;
 }

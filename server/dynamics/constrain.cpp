@@ -9,9 +9,8 @@ void begin_constraints(const StepContext& context, const Plan<T>& plan, const st
   }
 }
 
-template <class T>
-void renew_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  for (Copy& copy : context.copies) copy.constraints->renew(plan, nodes);
+void renew_constraints(const StepContext& context) {
+  for (Copy& copy : context.copies) copy.constraints->renew();
 }
 
 template <class T>
@@ -50,7 +49,6 @@ void accept_constraints(const StepContext& context, double fraction, bool first)
 
 #define LAYFIGURE_INSTANTIATE(T)                                                                           \
   template void begin_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);        \
-  template void renew_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);        \
   template bool solve_constraints(const StepContext&, const Plan<T>&, std::vector<Node<T>>&);              \
   template void finish_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, bool); \
   template void measure_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);

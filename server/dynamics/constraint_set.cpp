@@ -70,9 +70,8 @@ void ConstraintSet::gather(const StepContext& context, const Plan<T>& plan, cons
   }
 }
 
-template <class T>
-void ConstraintSet::renew(const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  tree_.refresh(plan, nodes);
+void ConstraintSet::renew() {
+  tree_.renew();
   for (ConstraintBlock& block : blocks_) block.applied.setZero();
   solved_rows_ = kNone;
 }
@@ -228,6 +227,7 @@ bool ConstraintSet::solve(const StepContext& context, const Plan<T>& plan, std::
   take_limits(context, plan, nodes, copy);
   measure(plan, nodes, copy);
   if (!activate()) return false;
+  tree_.read_factors(plan, nodes);
   assemble();
   solve_rows();
   solved_rows_ = active_rows_;
@@ -297,7 +297,6 @@ void ConstraintSet::finish(const StepContext& context, const Plan<T>& plan, cons
 
 #define LAYFIGURE_INSTANTIATE(T)                                                                             \
   template void ConstraintSet::gather(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, int); \
-  template void ConstraintSet::renew(const Plan<T>&, const std::vector<Node<T>>&);                           \
   template bool ConstraintSet::solve(const StepContext&, const Plan<T>&, std::vector<Node<T>>&, int);        \
   template void ConstraintSet::measure(const Plan<T>&, const std::vector<Node<T>>&, int);                    \
   template void ConstraintSet::finish(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, int);

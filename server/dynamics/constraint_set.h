@@ -29,8 +29,7 @@ class ConstraintSet {
   template <class T>
   void gather(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
   /// The joints have been eliminated anew: nothing is applied to the new factors yet.
-  template <class T>
-  void renew(const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+  void renew();
   /// Takes in the rows that the velocities would violate, solves for the impulses and applies them to the factors.
   /// False if there was no such row, so that the velocities are final.
   template <class T>

@@ -11,20 +11,14 @@ namespace {
 
 // From a cold start most sets need 3 to 12 steps; one that needs more than this mostly cycles.
 constexpr int kFastIterations = 12;
-// Rounds on the law: e of the first one, and how it falls after a round that was solved, as far as rounds are. A round
-// that starts near its answer needs 1 to 12 steps mostly; above the largest e a round hardly moves.
-constexpr double kFirstPull = 1e-3;
-constexpr double kPullRatio = 1e-2;
-constexpr double kPullRetreat = 10.0;
-constexpr double kLeastPull = 1e-9;
-constexpr double kLargestPull = 1.0;
+// Sets with contacts for which such steps do not go well: steps in succession of the two other ways, and how often
+// these take turns. Most sets need 3 to 8 of the first; where one way cycles, the other mostly leads out of its cycle.
 constexpr int kPullIterations = 20;
-// After such a round, whose active set is the answer's or is not.
-constexpr int kPolishIterations = 2;
+constexpr int kCreepIterations = 10;
+constexpr int kTurns = 6;
 // A round progresses where it leaves less than this share of the residual. Of rounds that do not, this many in
 // succession mean that the impulses drift along a direction in which the bodies jam.
 constexpr double kProgress = 0.5;
-constexpr int kStalledPulls = 3;
 constexpr int kStalledRounds = 2;
 // After a convex round, which finds the active set if it can be found by convexity.
 constexpr int kRetryIterations = 8;
@@ -69,23 +63,14 @@ bool has_contacts(const lcp::Problem& problem) {
                      [](const LcpRow& row) { return row.kind == LcpRowKind::kContact; });
 }
 
-/// Rounds of the proximal-point method on the law itself, from `lambda`; true if they solve it.
-bool solve_by_pulling(lcp::Solver& solver) {
-  double epsilon = kFirstPull;
-  double least = kLeastPull;
-  int stalled = 0;
-  for (int round = 0; round < kRounds && stalled < kStalledPulls && epsilon <= kLargestPull; ++round) {
-    const double before = solver.best_residual.value;
-    solver.center = solver.lambda;
-    if (solver.solve_coulomb(epsilon, kPullIterations)) {
-      if (solver.rate_answer() || solver.solve_coulomb(0.0, kPolishIterations)) return true;
-      stalled = solver.best_residual.value > kProgress * before ? stalled + 1 : 0;
-      epsilon = std::max(epsilon * kPullRatio, least);
-    } else {
-      epsilon *= kPullRetreat;
-      least = epsilon;
-    }
+/// The law itself, friction and all, from `lambda`; true if that solves it.
+bool solve_contacts(lcp::Solver& solver) {
+  if (solver.solve_coulomb(kFastIterations, true)) return true;
+  solver.keep_iterate();
+  for (int turn = 0; turn < kTurns; ++turn) {
+    if (solver.solve_by_pulling(kPullIterations) || solver.solve_by_creeping(kCreepIterations)) return true;
   }
+  solver.lambda = solver.best;
   return false;
 }
 
@@ -96,7 +81,7 @@ LcpStatus proximal_round(lcp::Solver& solver, double epsilon) {
   lcp::Vector& ray = solver.target;
   for (int i = 0; i < solver.problem.size; ++i) ray[i] = solver.lambda[i] - solver.center[i];
   if (is_certificate(solver, ray)) return LcpStatus::kInfeasible;
-  if (solver.rate_answer() || solver.solve_coulomb(0.0, kRetryIterations)) return LcpStatus::kSolved;
+  if (solver.rate_answer() || solver.solve_coulomb(kRetryIterations)) return LcpStatus::kSolved;
   return LcpStatus::kIterationLimit;
 }
 
@@ -109,7 +94,7 @@ LcpStatus solve_by_rounds(lcp::Solver& solver, bool contacts) {
     if (status != LcpStatus::kIterationLimit) return status;
     if (contacts) {
       solver.sweep(kSweeps);
-      if (solver.rate_answer() || solver.solve_coulomb(0.0, kRetryIterations)) return LcpStatus::kSolved;
+      if (solver.rate_answer() || solver.solve_coulomb(kRetryIterations)) return LcpStatus::kSolved;
       stalled = solver.best_residual.value > kProgress * before ? stalled + 1 : 0;
       lcp::velocities(solver.problem, solver.lambda, solver.v);
       lcp::contact_offsets(solver.problem, solver.v, solver.offset);
@@ -121,9 +106,8 @@ LcpStatus solve_by_rounds(lcp::Solver& solver, bool contacts) {
 
 LcpStatus solve(lcp::Solver& solver) {
   solver.start();
-  if (solver.solve_coulomb(0.0, kFastIterations)) return LcpStatus::kSolved;
   const bool contacts = has_contacts(solver.problem);
-  if (contacts && solve_by_pulling(solver)) return LcpStatus::kSolved;
+  if (contacts ? solve_contacts(solver) : solver.solve_coulomb(kFastIterations)) return LcpStatus::kSolved;
   std::fill(solver.offset.begin(), solver.offset.end(), 0.0);
   const LcpStatus status = solve_by_rounds(solver, contacts);
   if (status == LcpStatus::kInfeasible) answer_compliantly(solver);

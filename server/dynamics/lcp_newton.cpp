@@ -100,11 +100,12 @@ void proximal_contact(double mu, const Proximal& at, int row, const double* y, c
 
 }  // namespace
 
-void coulomb_step(const Problem& problem, double epsilon, const Vector& y, const Vector& v, ReducedSystem& step) {
-  const double compliance = epsilon + kRegularization;
+void coulomb_step(const Problem& problem, const Vector& epsilon, const Vector& y, const Vector& v,
+                  ReducedSystem& step) {
   step.clear(problem.size);
   for (int i = 0; i < problem.size; i += rows_of(problem.rows[i])) {
     const LcpRow& row = problem.rows[i];
+    const double compliance = epsilon[i] + kRegularization;
     const double z = y[i] - v[i];
     if (row.kind == LcpRowKind::kContact) {
       coulomb_contact(row.friction, compliance, i, &y[i], &v[i], step);

@@ -16,9 +16,10 @@ namespace layfigure::dynamics::lcp {
 ///     free or sticking row 1   1   e + d           -v
 ///     sliding contact      p   n   e + d           -v_n               n: the normal row
 ///                          q   q   1/rho - 1 + e + d   -(1/rho) q^T y     rho = mu z_n / |z_t|
-/// and on a sliding contact g = (mu y_n - t^T y_t) t. Unsymmetric where W differs from U: where contacts slide. With
-/// e > 0 the step is on the law of equation (2), whose v includes the pull e (y - c).
-void coulomb_step(const Problem& problem, double epsilon, const Vector& y, const Vector& v, ReducedSystem& step);
+/// and on a sliding contact g = (mu y_n - t^T y_t) t. Unsymmetric where W differs from U: where contacts slide. Each
+/// contact has the e of its first row. With e > 0 the step is on the law of equation (2), if v includes the pull
+/// e (y - c); if it does not, c is y.
+void coulomb_step(const Problem& problem, const Vector& epsilon, const Vector& y, const Vector& v, ReducedSystem& step);
 
 /// The convex problem (3) of lcp.h.
 struct Proximal {

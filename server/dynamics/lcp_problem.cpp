@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "layfigure/math/kernel.h"
+
 namespace layfigure::dynamics::lcp {
 namespace {
 
@@ -56,6 +58,25 @@ void scale_matrix(const Eigen::Ref<const Eigen::MatrixXd>& delassus, Problem& pr
   }
 }
 
+/// y += A x, contact by contact: three columns at once. Those that x leaves out cost nothing.
+LAYFIGURE_KERNEL
+void add_columns(const double* matrix, int n, const double* __restrict x, double* __restrict y) {
+  int j = 0;
+  for (; j + 3 <= n; j += 3) {
+    const double a0 = x[j], a1 = x[j + 1], a2 = x[j + 2];
+    if (a0 == 0.0 && a1 == 0.0 && a2 == 0.0) continue;
+    const double* __restrict c0 = matrix + static_cast<std::size_t>(j) * n;
+    const double* __restrict c1 = c0 + n;
+    const double* __restrict c2 = c1 + n;
+    for (int i = 0; i < n; ++i) y[i] += a0 * c0[i] + a1 * c1[i] + a2 * c2[i];
+  }
+  for (; j < n; ++j) {
+    const double a = x[j];
+    const double* __restrict c = matrix + static_cast<std::size_t>(j) * n;
+    for (int i = 0; i < n; ++i) y[i] += a * c[i];
+  }
+}
+
 double magnitude_of(const Problem& problem) {
   double largest = 0.0;
   for (int i = 0; i < problem.size; ++i) {
@@ -105,13 +126,7 @@ bool set_up(const Eigen::Ref<const Eigen::MatrixXd>& delassus, const Eigen::Ref<
 }
 
 void add_product(const Problem& problem, const Vector& x, Vector& y) {
-  double* __restrict sum = y.data();
-  for (int j = 0; j < problem.size; ++j) {
-    const double factor = x[j];
-    if (factor == 0.0) continue;
-    const double* __restrict column = problem.column(j);
-    for (int i = 0; i < problem.size; ++i) sum[i] += factor * column[i];
-  }
+  add_columns(problem.matrix.data(), problem.size, x.data(), y.data());
 }
 
 void velocities(const Problem& problem, const Vector& lambda, Vector& v) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "layfigure/math/kernel.h"
+
 namespace layfigure::dynamics::lcp {
 namespace {
 
@@ -15,10 +17,20 @@ inline double along(const Direction& d, const double* entries) {
   return d.w[0] * x[0] + d.w[1] * x[1] + d.w[2] * x[2];
 }
 
+/// Three columns from `first` on, combined.
+LAYFIGURE_KERNEL
+void combine(const double* __restrict first, int n, const double* u, double* __restrict sum) {
+  const double u0 = u[0], u1 = u[1], u2 = u[2];
+  const double* __restrict next = first + n;
+  const double* __restrict last = next + n;
+  for (int i = 0; i < n; ++i) sum[i] = u0 * first[i] + u1 * next[i] + u2 * last[i];
+}
+
 }  // namespace
 
 void ReducedSystem::reserve(int rows) {
   directions_.reserve(rows);
+  runs_.reserve(rows);
   change_.reserve(rows);
   product_.reserve(rows);
   system_.reserve(rows);
@@ -26,16 +38,22 @@ void ReducedSystem::reserve(int rows) {
 
 void ReducedSystem::clear(int rows) {
   directions_.clear();
+  runs_.clear();
   change_.assign(rows, 0.0);
   jumps_ = false;
   symmetric_ = true;
 }
 
 void ReducedSystem::add_free_row(int row, double compliance, double rhs) {
+  const int number = static_cast<int>(directions_.size());
+  const bool goes_on = !runs_.empty() && runs_.back().length > 0 && runs_.back().row + runs_.back().length == row;
+  if (!goes_on) runs_.push_back({.row = row, .first = number, .length = 0});
+  ++runs_.back().length;
   directions_.push_back({.row = row, .count = 1, .u = {1.0}, .w = {1.0}, .compliance = compliance, .rhs = rhs});
 }
 
 void ReducedSystem::add(const Direction& direction) {
+  runs_.push_back({.row = direction.row, .first = static_cast<int>(directions_.size()), .length = 0});
   directions_.push_back(direction);
   symmetric_ = symmetric_ && std::equal(direction.u, direction.u + 3, direction.w);
 }
@@ -55,14 +73,14 @@ void ReducedSystem::fill_column(const Problem& problem, int k) {
   const Direction& d = directions_[k];
   const double* image = problem.column(d.row);  // A U
   if (d.count == 3) {
-    const double* next = problem.column(d.row + 1);
-    const double* last = problem.column(d.row + 2);
-    for (int i = 0; i < problem.size; ++i) product_[i] = d.u[0] * image[i] + d.u[1] * next[i] + d.u[2] * last[i];
+    combine(image, problem.size, d.u, product_.data());
     image = product_.data();
   }
   double* column = system_.column(k);
-  const int count = static_cast<int>(directions_.size());
-  for (int i = symmetric_ ? k : 0; i < count; ++i) column[i] = along(directions_[i], image);
+  for (const Run& run : runs_) {
+    if (run.length == 0) column[run.first] = along(directions_[run.first], image);
+    for (int i = 0; i < run.length; ++i) column[run.first + i] = image[run.row + i];
+  }
   column[k] += d.compliance;
   system_.rhs()[k] = d.rhs;
 }

@@ -36,7 +36,15 @@ class ReducedSystem {
   void subtract_jump(const Problem& problem);
   void fill_column(const Problem& problem, int k);
 
+  /// Directions that are unit vectors of rows in succession, or, of length 0, a single one that is none.
+  struct Run {
+    int row;
+    int first;  ///< direction
+    int length;
+  };
+
   std::vector<Direction> directions_;
+  std::vector<Run> runs_;
   Vector change_;
   Vector product_;
   System system_;

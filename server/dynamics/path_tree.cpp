@@ -51,17 +51,19 @@ void PathTree::reserve(int bodies) { place_.assign(bodies, -1); }
 
 void PathTree::clear() {
   for (int k = 0; k < count_; ++k) place_[nodes_[k].body] = -1;
-  count_ = 0;
+  count_ = factored_ = 0;
   blocks_.clear();
 }
 
-template <class T>
-void PathTree::refresh(const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+void PathTree::renew() {
+  factored_ = 0;
   blocks_.clear();
-  for (int k = 0; k < count_; ++k) {
-    nodes_[k].efforts.clear();
-    read_factor(plan, nodes, nodes_[k]);
-  }
+  for (int k = 0; k < count_; ++k) nodes_[k].efforts.clear();
+}
+
+template <class T>
+void PathTree::read_factors(const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+  for (; factored_ < count_; ++factored_) read_factor(plan, nodes, nodes_[factored_]);
 }
 
 template <class T>
@@ -86,7 +88,6 @@ void PathTree::touch(const StepContext& context, const Plan<T>& plan, const std:
   node.r = math::lane(nodes[slot].r, lane);
   node.origin = root ? context.copies[copy].from[body].position : Eigen::Vector3d(at(parent).origin + node.r);
   node.efforts.clear();
-  read_factor(plan, nodes, node);
 }
 
 void PathTree::begin(int rows) {
@@ -180,8 +181,8 @@ void PathTree::apply(const Eigen::Ref<const Eigen::VectorXd>& impulses, std::vec
   }
 }
 
-template void PathTree::refresh(const Plan<double>&, const std::vector<Node<double>>&);
-template void PathTree::refresh(const Plan<math::Lanes4>&, const std::vector<Node<math::Lanes4>>&);
+template void PathTree::read_factors(const Plan<double>&, const std::vector<Node<double>>&);
+template void PathTree::read_factors(const Plan<math::Lanes4>&, const std::vector<Node<math::Lanes4>>&);
 template void PathTree::touch(const StepContext&, const Plan<double>&, const std::vector<Node<double>>&, int, int);
 template void PathTree::touch(const StepContext&, const Plan<math::Lanes4>&, const std::vector<Node<math::Lanes4>>&,
                               int, int);

@@ -63,16 +63,18 @@ class PathTree {
   void reserve(int bodies);
   /// Forgets everything.
   void clear();
-  /// Forgets the blocks but keeps the paths' places; call when the factors changed.
+  /// Forgets the blocks and the factors but keeps the paths' places; call when the factors changed.
+  void renew();
+  /// Reads the factors that are not there yet.
   template <class T>
-  void refresh(const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+  void read_factors(const Plan<T>& plan, const std::vector<Node<T>>& nodes);
 
-  /// Reads a body and all above it, if not there yet.
+  /// Reads the place of a body and of all above it, if not there yet.
   template <class T>
   void touch(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy, int body);
   [[nodiscard]] const PathNode& at(int body) const { return nodes_[place_[body]]; }
 
-  /// Begins a Delassus matrix of `rows` rows.
+  /// Begins a Delassus matrix of `rows` rows; the factors have been read.
   void begin(int rows);
   /// Adds a block of `count` rows from row `first` on; its bodies have been touched. Blocks are numbered as added.
   void add(const Jacobian& jacobian, int first, int count);
@@ -99,6 +101,7 @@ class PathTree {
 
   std::vector<PathNode> nodes_;  ///< the first count_ are in use: parents before children
   int count_{0};
+  int factored_{0};         ///< the first of these have their factors
   std::vector<int> place_;  ///< of each body in nodes_, -1: untouched
   std::vector<Block> blocks_;
   std::vector<double> matrix_;

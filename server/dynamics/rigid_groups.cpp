@@ -1,5 +1,6 @@
 #include "rigid_groups.h"
 
+#include "layfigure/math/kernel.h"
 #include "schedule.h"
 
 namespace layfigure::dynamics {
@@ -13,11 +14,32 @@ bool holds_momentum(const BodyState& body) {
   return p.x() != 0.0 || p.y() != 0.0 || p.z() != 0.0 || L.x() != 0.0 || L.y() != 0.0 || L.z() != 0.0;
 }
 
-bool is_as_it_was(const Rider& rider, const BodyState& body) {
-  const Eigen::Quaterniond& q = body.rotation;
-  const Eigen::Quaterniond& was = rider.joint_rotation;
-  return q.w() == was.w() && q.x() == was.x() && q.y() == was.y() && q.z() == was.z() &&
-         body.yield_scale == rider.yield_scale && !holds_momentum(body);
+math::Lanes4 pack(const double* numbers) {
+  return math::from_lanes<math::Lanes4>([&](int k) { return numbers[k]; });
+}
+
+Still still(const BodyState& body, int index) {
+  return {.body = index,
+          .rotation = pack(body.rotation.coeffs().data()),
+          .linear = math::Lanes4(0.0),
+          .angular = math::Lanes4(math::Lanes4::Vector{0.0, 0.0, 0.0, body.yield_scale})};
+}
+
+/// Each of them sleeps, as it was.
+LAYFIGURE_KERNEL
+bool are_still(const BodyState* bodies, const Still* sleepers, std::size_t count) {
+  math::Mask4 same = math::Lanes4(0.0) == math::Lanes4(0.0);
+  bool asleep = true;
+  for (const Still* was = sleepers; was != sleepers + count; ++was) {
+    const BodyState& body = bodies[was->body];
+    // Not the flow, which matters to nothing that sleeps.
+    const math::Lanes4 linear(
+        __builtin_shufflevector(math::load(body.linear_momentum.data()).v, was->linear.v, 0, 1, 2, 7));
+    same = same && math::load(body.rotation.coeffs().data()) == was->rotation && linear == was->linear &&
+           math::load(body.angular_momentum.data()) == was->angular;
+    asleep = asleep && body.asleep;
+  }
+  return asleep && math::all(same);
 }
 
 /// Momenta of a part, in the group's frame, of a group that moves as a whole.
@@ -67,6 +89,7 @@ RigidGroups::RigidGroups(const Model& model) {
   parents_.reserve(n);
   carriers_.reserve(n);
   riders_.reserve(n);
+  still_.reserve(n);
   rider_of_.resize(n);
   groups_.resize(n);
   sums_ = own_;
@@ -77,13 +100,10 @@ RigidGroups::RigidGroups(const Model& model) {
 }
 
 bool RigidGroups::describes(const State& state) const {
-  for (std::size_t i = 0; i < state.bodies.size(); ++i) {
-    const BodyState& body = state.bodies[i];
-    if (body.asleep != (rider_of_[i] >= 0)) return false;
-    if (!body.asleep) continue;
-    if (!is_as_it_was(riders_[rider_of_[i]], body)) return false;
+  for (const int carrier : carriers_) {
+    if (state.bodies[carrier].asleep) return false;
   }
-  return true;
+  return are_still(state.bodies.data(), still_.data(), still_.size());
 }
 
 void RigidGroups::assign(const Model& model, State& state) {
@@ -106,6 +126,7 @@ void RigidGroups::group(const Model& model, const State& state) {
   parents_.clear();
   carriers_.clear();
   riders_.clear();
+  still_.clear();
   for (int i = 0; i < model.size(); ++i) place(model, state, i);
   sum_up(model);
   ++version_;
@@ -131,6 +152,7 @@ void RigidGroups::place(const Model& model, const State& state, int index) {
                        .joint_rotation = now.rotation,
                        .torque = now.torque,
                        .yield_scale = now.yield_scale});
+    still_.push_back(still(now, index));
     return;
   }
   rider_of_[index] = kCarrier;

@@ -7,6 +7,7 @@
 #include "inertia.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
+#include "layfigure/math/lanes.h"
 
 /// The bodies as they move. A body that is asleep (state.h) rides on its parent, which may ride itself: what carries
 /// them all is the first body on the way to the root whose joint moves, and together they are one rigid body, a group
@@ -54,6 +55,14 @@ struct Rider {
   Eigen::Quaterniond joint_rotation;
   Eigen::Vector3d torque;
   double yield_scale;
+};
+
+/// What a sleeper's state is while nobody changes it by hand.
+struct Still {
+  int body;
+  math::Lanes4 rotation;  ///< of the joint
+  math::Lanes4 linear;    ///< momentum: none
+  math::Lanes4 angular;   ///< momentum: none, and the yield scale
 };
 
 /// How a group moves.
@@ -108,6 +117,7 @@ class RigidGroups {
   std::vector<int> carriers_;
   std::vector<int> rider_of_;  ///< index in riders_, -1: a carrier
   std::vector<Rider> riders_;  ///< in tree order
+  std::vector<Still> still_;   ///< of each rider
   std::vector<RigidGroup> groups_;
   std::vector<Composite> sums_;       ///< scratch
   std::vector<GroupMotion> motions_;  ///< of each carrier, scratch

@@ -221,8 +221,7 @@ struct SolveReport {
 /// be computed anew, and solve again. `finish` takes the final velocities; `any`: there are rows at all.
 template <class T>
 void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
-template <class T>
-void renew_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+void renew_constraints(const StepContext& context);
 template <class T>
 bool solve_constraints(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes);
 template <class T>

@@ -18,6 +18,11 @@ constexpr double kFlowShare = 1e-3;
 // pauses.
 constexpr double kStillShare = 1e-2;
 
+// Parts of what a transmitting joint's torque leaves to its tolerance: what its group's motion may take of it, and what
+// is left to it for certain, whatever rounding does.
+constexpr double kMovingShare = 0.25;
+constexpr double kSurely = 0.99;
+
 bool acts(const BodyForce& load) { return !load.force.isZero(0.0) || !load.torque.isZero(0.0); }
 
 double yield_torque(const JointLaw& law, const BodyState& body) {
@@ -53,8 +58,13 @@ double largest_moment(const Composite& composite) {
 }  // namespace
 
 Sleepers::Sleepers(const Model& model)
-    : wanted_(model.size()), touched_(model.size()), motions_(model.size()), calm_(model.size()) {
-  left_out_.reserve(model.size());
+    : wanted_(model.size()),
+      touched_(model.size()),
+      motions_(model.size()),
+      calm_(model.size()),
+      steady_(model.size()),
+      anew_(model.size()),
+      seen_(model.size()) {
   const std::vector<Composite> behind = all_behind(model);
   std::vector<double> reach(model.size());
   for (int i = 0; i < model.size(); ++i) {
@@ -149,8 +159,7 @@ void Sleepers::observe(const Model& model, const RigidGroup& group, int carrier,
                        .matters = true};
 }
 
-bool Sleepers::is_calm(int carrier, int version) const {
-  const Calm& calm = calm_[carrier];
+bool Sleepers::is_calm(const Calm& calm, int carrier, int version) const {
   if (calm.version != version) return false;
   const Motion& motion = motions_[carrier];
   const double spins = motion.spin.squaredNorm() + calm.motion.spin.squaredNorm();
@@ -182,15 +191,14 @@ double Sleepers::margin(const Rider& rider, const RigidGroup& group, double tole
   const Eigen::Vector3d force = motion.specific_force + motion.acceleration.cross(d) + w.cross(w.cross(d));
   Eigen::Vector3d needed =
       lever.cross(behind.mass * force) + behind.inertia * motion.acceleration + w.cross(behind.inertia * w);
-  if (transmission.transmits(rider.body)) needed += motion.R_CW * transmission.moment(rider.body);
+  if (transmission.transmits(rider.body)) needed += transmission.moment(rider.body);
   return tolerance - (needed + rider.rotation * rider.torque).norm();
 }
 
 /// The group's calm is at most that of the rider.
-void Sleepers::narrow_calm(const Rider& rider, const RigidGroup& group, double margin) {
+void Sleepers::narrow_calm(const Rider& rider, const RigidGroup& group, double margin, Calm& calm) {
   const Composite& behind = rider.behind;
   const double moment = behind.mass * (behind.com - rider.origin).norm();
-  Calm& calm = calm_[rider.carrier];
   calm.force_gain = std::max(calm.force_gain, moment / margin);
   calm.spin_gain =
       std::max(calm.spin_gain, (moment * (behind.com - group.com).norm() + behind.inertia.trace()) / margin);
@@ -201,7 +209,7 @@ bool Sleepers::find_calm(const RigidGroups& groups) {
   bool all_calm = true;
   for (const int carrier : groups.carriers()) {
     if (groups.group(carrier).riders == 0) continue;
-    motions_[carrier].matters = !is_calm(carrier, groups.version());
+    motions_[carrier].matters = !is_calm(calm_[carrier], carrier, groups.version());
     if (!motions_[carrier].matters) continue;
     calm_[carrier] = {.version = groups.version(), .motion = motions_[carrier], .force_gain = 0.0, .spin_gain = 0.0};
     all_calm = false;
@@ -210,34 +218,72 @@ bool Sleepers::find_calm(const RigidGroups& groups) {
 }
 
 void Sleepers::forget_calm_of_others(const Transmission& transmission) {
-  if (std::ranges::equal(left_out_, transmission.all())) return;
-  left_out_.assign(transmission.all().begin(), transmission.all().end());
+  if (transmission.version() == left_out_) return;
+  left_out_ = transmission.version();
   for (Calm& calm : calm_) calm.version = kForgotten;
+}
+
+/// Which groups still move, and transmit through the same riders, as when these were last looked at.
+void Sleepers::find_steady(const RigidGroups& groups, const Transmission& transmission, double angle) {
+  const bool same = angle == seen_angle_;
+  seen_angle_ = angle;
+  for (const int carrier : groups.carriers()) {
+    if (groups.group(carrier).riders == 0) continue;
+    anew_[carrier] = same && is_calm(steady_[carrier], carrier, transmission.version()) ? 0 : 1;
+    if (anew_[carrier] == 0) continue;
+    steady_[carrier] = {
+        .version = transmission.version(), .motion = motions_[carrier], .force_gain = 0.0, .spin_gain = 0.0};
+  }
+}
+
+bool Sleepers::stays(int rider, int carrier, const Transmission& transmission) const {
+  const Seen& seen = seen_[rider];
+  return anew_[carrier] == 0 && (transmission.moment(rider) - seen.moment).squaredNorm() < seen.most;
+}
+
+/// The motions of now and of later are each within the group's calm, so twice its part may be gone.
+void Sleepers::see(const Rider& rider, const RigidGroup& group, double margin, const Transmission& transmission) {
+  Seen& seen = seen_[rider.body];
+  if (anew_[rider.carrier] != 0) {
+    seen.moving = kMovingShare * margin;
+    narrow_calm(rider, group, seen.moving, steady_[rider.carrier]);
+  }
+  const double rest = std::max(kSurely * margin - 2.0 * seen.moving, 0.0);
+  seen.moment = transmission.moment(rider.body);
+  seen.most = rest * rest;
 }
 
 bool Sleepers::wake_overloaded(const Model& model, const State& state, double angle, const RigidGroups& groups,
                                const Transmission& transmission) {
   forget_calm_of_others(transmission);
   const bool calm = find_calm(groups);
-  if (calm && !transmission.any()) return false;
-  start_from(state);
-  const auto wake = [&](bool transmitting) {
-    for (const Rider& rider : groups.riders()) {
-      if (joints_[rider.body].welded || transmission.transmits(rider.body) != transmitting) continue;
-      if (!transmitting && !motions_[rider.carrier].matters) continue;
-      const RigidGroup& group = groups.group(rider.carrier);
-      const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
-      const double left = margin(rider, group, most, transmission);
-      if (!(left > 0.0)) {
-        wanted_[rider.body] = 0;
-      } else if (!transmitting) {
-        narrow_calm(rider, group, left);
-      }
+  bool some_wake = false;
+  const auto look_at = [&](const Rider& rider) {
+    if (joints_[rider.body].welded) return;
+    const RigidGroup& group = groups.group(rider.carrier);
+    const double most = tolerance(model, state.bodies[rider.body], rider.body, angle);
+    const double left = margin(rider, group, most, transmission);
+    if (!(left > 0.0)) {
+      if (!some_wake) start_from(state);
+      some_wake = true;
+      wanted_[rider.body] = 0;
+    } else if (transmission.transmits(rider.body)) {
+      see(rider, group, left, transmission);
+    } else {
+      narrow_calm(rider, group, left, calm_[rider.carrier]);
     }
-    return differs_from(state);
   };
+  if (!transmission.transmitting().empty()) find_steady(groups, transmission, angle);
+  for (const int body : transmission.transmitting()) {
+    const Rider& rider = groups.rider(body);
+    if (!stays(body, rider.carrier, transmission)) look_at(rider);
+  }
   // What a pull does to bodies that hang on a joint which gives way to it is seen once that is awake.
-  return wake(true) || (!calm && wake(false));
+  if (some_wake || calm) return some_wake;
+  for (const Rider& rider : groups.riders()) {
+    if (motions_[rider.carrier].matters && !transmission.transmits(rider.body)) look_at(rider);
+  }
+  return some_wake;
 }
 
 bool Sleepers::let_sleep(const Model& model, const State& state) {

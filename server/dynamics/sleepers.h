@@ -26,8 +26,9 @@
 ///
 /// A group's motion is remembered from when its riders were last looked at, with what their torques leave to their
 /// limits: a bound on the torques' change shows for most steps, at the cost of one body, that none can matter. The
-/// bound decides nothing else, so what happens depends on the state alone. Joints that transmit are looked at in every
-/// step; the bound does not speak of them, and ends when others transmit: a hand has let go.
+/// bound decides nothing else, so what happens depends on the state alone. It does not speak of joints that transmit,
+/// and ends when others transmit: a hand has let go. A joint that transmits is looked at anew when the moment that it
+/// transmits has changed by a part of what its torque left, too.
 namespace layfigure::dynamics {
 
 /// For so long must be still what is to sleep [s]: longer than a doll's limbs stand still at the end of a swing, short
@@ -88,27 +89,40 @@ class Sleepers {
     double force_gain;
     double spin_gain;
   };
+  /// What was seen of a rider that transmits.
+  struct Seen {
+    Eigen::Vector3d moment;  ///< that it transmitted
+    double moving;           ///< part of what was left to it that its group's calm may take [N m]
+    double most;             ///< square of the change of the moment that leaves the rest untouched
+  };
 
   [[nodiscard]] static Joint joint_of(const JointLaw& law, double moment);
   void start_from(const State& state);
   [[nodiscard]] bool differs_from(const State& state) const;
   void touch(const Model& model, const State& state, int body);
-  [[nodiscard]] bool is_calm(int carrier, int version) const;
+  [[nodiscard]] bool is_calm(const Calm& calm, int carrier, int version) const;
   [[nodiscard]] bool find_calm(const RigidGroups& groups);
   void forget_calm_of_others(const Transmission& transmission);
+  void find_steady(const RigidGroups& groups, const Transmission& transmission, double angle);
   [[nodiscard]] double tolerance(const Model& model, const BodyState& body, int index, double angle) const;
   [[nodiscard]] double margin(const Rider& rider, const RigidGroup& group, double tolerance,
                               const Transmission& transmission) const;
-  void narrow_calm(const Rider& rider, const RigidGroup& group, double margin);
+  static void narrow_calm(const Rider& rider, const RigidGroup& group, double margin, Calm& calm);
+  [[nodiscard]] bool stays(int rider, int carrier, const Transmission& transmission) const;
+  void see(const Rider& rider, const RigidGroup& group, double margin, const Transmission& transmission);
   [[nodiscard]] bool is_still(int body, const BodyState& before, const BodyState& after, double h, double angle) const;
 
   std::vector<Joint> joints_;
   std::vector<char> wanted_;
   std::vector<char> touched_;
   std::vector<Motion> motions_;  ///< of the carriers
-  std::vector<Calm> calm_;       ///< of the carriers
-  std::vector<int> left_out_;    ///< riders that calm_ does not speak of: those that transmitted in the last step
-  double reach_{0.0};            ///< of the bodies from their roots, as far as they have weight [m]
+  std::vector<Calm> calm_;       ///< of the carriers, for riders that do not transmit
+  int left_out_{0};              ///< Transmission::version() of those that do: calm_ does not speak of them
+  std::vector<Calm> steady_;     ///< and for those that do
+  std::vector<char> anew_;       ///< whether a carrier's have to be looked at anew
+  std::vector<Seen> seen_;       ///< of those
+  double seen_angle_{0.0};
+  double reach_{0.0};  ///< of the bodies from their roots, as far as they have weight [m]
   bool touches_sleepers_{false};
   bool some_ripe_{false};  ///< a joint has been still for long enough that nothing acts on
   bool all_still_{false};

@@ -1,5 +1,7 @@
 #include "transmission.h"
 
+#include <algorithm>
+
 namespace layfigure::dynamics {
 
 Transmission::Transmission(int bodies) : transmits_(bodies), moments_(bodies), needed_(bodies) {
@@ -10,22 +12,35 @@ void Transmission::mark(const Model& model, const RigidGroups& groups, int body)
   for (; body >= 0 && groups.rides(body) && transmits_[body] == 0; body = model.body(body).parent) {
     transmits_[body] = 1;
     transmitting_.push_back(body);
-    moments_[body].setZero();
   }
 }
 
-bool Transmission::find_riders(const Model& model, const RigidGroups& groups, std::span<const Coupling> couplings) {
+bool Transmission::knows(const RigidGroups& groups, std::span<const Coupling> couplings) const {
+  return version_ == groups.version() &&
+         std::equal(pulled_.begin(), pulled_.end(), couplings.begin(), couplings.end(),
+                    [](int body, const Coupling& coupling) { return body == coupling.body; });
+}
+
+void Transmission::find_riders(const Model& model, const RigidGroups& groups, std::span<const Coupling> couplings) {
   for (const int rider : transmitting_) transmits_[rider] = 0;
   transmitting_.clear();
   for (const int carrier : groups.carriers()) mark(model, groups, model.body(carrier).parent);
   for (const Coupling& coupling : couplings) mark(model, groups, coupling.body);
-  return any();
+  ++marks_;
+  version_ = groups.version();
+  pulled_.clear();
+  for (const Coupling& coupling : couplings) pulled_.push_back(coupling.body);
 }
 
+/// All riders on the way have the same carrier.
 void Transmission::carry(const Model& model, const RigidGroups& groups, int body, const Eigen::Quaterniond& R_WC,
                          const Eigen::Vector3d& point, const Wrench& wrench) {
+  if (body < 0 || !groups.rides(body)) return;
+  const Eigen::Matrix3d R_CW = R_WC.toRotationMatrix().transpose();
+  const Eigen::Vector3d force = R_CW * wrench.force;
+  const Eigen::Vector3d moment = R_CW * wrench.moment;
   for (; body >= 0 && groups.rides(body); body = model.body(body).parent) {
-    moments_[body] += wrench.moment + (R_WC * (point - groups.rider(body).origin)).cross(wrench.force);
+    moments_[body] += moment + (point - groups.rider(body).origin).cross(force);
   }
 }
 
@@ -41,7 +56,9 @@ Transmission::Wrench Transmission::needed_by(const Model& model, const RigidGrou
 }
 
 void Transmission::measure(const Model& model, const RigidGroups& groups, const Step& step, const Pulls& pulls) {
-  if (!find_riders(model, groups, pulls.on_bodies)) return;
+  if (!knows(groups, pulls.on_bodies)) find_riders(model, groups, pulls.on_bodies);
+  if (transmitting_.empty()) return;
+  for (const int rider : transmitting_) moments_[rider].setZero();
   const auto add = [&](const Wrench& wrench, int carrier, const Eigen::Vector3d& point, int body) {
     const Eigen::Quaterniond& R_WC = step.orientations[carrier];
     needed_[carrier].force += wrench.force;

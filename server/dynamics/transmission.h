@@ -36,11 +36,12 @@ class Transmission {
   /// O(n); nothing where no rider transmits any of it.
   void measure(const Model& model, const RigidGroups& groups, const Step& step, const Pulls& pulls);
 
-  [[nodiscard]] bool any() const { return !transmitting_.empty(); }
-  /// The riders that transmit, in an order that follows from the groups and the couplings.
-  [[nodiscard]] std::span<const int> all() const { return transmitting_; }
+  /// Changes with the riders that transmit.
+  [[nodiscard]] int version() const { return marks_; }
+  /// The riders that transmit any.
+  [[nodiscard]] const std::vector<int>& transmitting() const { return transmitting_; }
   [[nodiscard]] bool transmits(int rider) const { return transmits_[rider] != 0; }
-  /// Moment about the rider's joint, world [N m].
+  /// Moment about the rider's joint, in its carrier's frame [N m].
   [[nodiscard]] const Eigen::Vector3d& moment(int rider) const { return moments_[rider]; }
 
  private:
@@ -52,13 +53,17 @@ class Transmission {
   [[nodiscard]] Wrench needed_by(const Model& model, const RigidGroup& group, int carrier, const Step& step,
                                  const Pulls& pulls) const;
   void mark(const Model& model, const RigidGroups& groups, int body);
-  [[nodiscard]] bool find_riders(const Model& model, const RigidGroups& groups, std::span<const Coupling> couplings);
+  [[nodiscard]] bool knows(const RigidGroups& groups, std::span<const Coupling> couplings) const;
+  void find_riders(const Model& model, const RigidGroups& groups, std::span<const Coupling> couplings);
   /// Adds a wrench at the point p_C of the carrier to all riders from `body` on.
   void carry(const Model& model, const RigidGroups& groups, int body, const Eigen::Quaterniond& R_WC,
              const Eigen::Vector3d& point, const Wrench& wrench);
 
   std::vector<char> transmits_;
   std::vector<int> transmitting_;
+  int marks_{0};             ///< how often these have been found
+  int version_{-1};          ///< of the groups that they are for ...
+  std::vector<int> pulled_;  ///< ... and the bodies of the couplings
   std::vector<Eigen::Vector3d> moments_;
   std::vector<Wrench> needed_;  ///< by each group and all behind it, world
 };

@@ -62,7 +62,8 @@ struct Workspace::Data {
  private:
   void arrange(const Model& model, int count);
 
-  std::array<int, kMaxOrder> arranged_;  ///< version of the groups that each of the plans is for
+  std::array<std::size_t, 4> reserved_{};  ///< numbers of inputs of each kind that there is room for
+  std::array<int, kMaxOrder> arranged_;    ///< version of the groups that each of the plans is for
 };
 
 }  // namespace layfigure::dynamics

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <set>
 
 #include "touching_scenes.h"
 
@@ -69,6 +71,20 @@ TEST(Scene, FallenStack_ComesToRestWithoutOverlap) {
     }
     EXPECT_LE(deepest, 1e-3) << "h = " << h;
     EXPECT_LE(energy(scene.model(), state).kinetic, 1e-8);
+  }
+}
+
+TEST(Scene, ContactsOfNeighbouringShapes_AreRememberedApart) {
+  constexpr int kCubes = 4;
+  SceneDefinition definition = stack(kCubes, 0.0, 0.5);
+  for (int k = 0; k < kCubes; ++k) definition.model.bodies[k].anchor = {0.3 * k, 0.0, 0.05};
+  Scene scene(definition);
+  State state = initial_state(scene.model());
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_EQ(scene.step(state, {}, {.step = 1e-3}).step.status, StepStatus::kOk);
+    std::set<std::uint64_t> keys;
+    for (const ConstraintMemory& memory : state.constraints) keys.insert(memory.key);
+    EXPECT_EQ(keys.size(), 4 * kCubes) << "step " << n;
   }
 }
 

@@ -20,30 +20,31 @@
 ///     lambda = clamp(z, lo, hi);     contact: lambda_n = max(0, z_n), lambda_t = z_t shortened to mu lambda_n      (1)
 /// Rows are first scaled by d = A_ii^-1/2 (one d per contact, so that its cone stays a cone): lambda / d and d v have
 /// the same unit, and every tolerance below is relative to m, the largest component of d b and of P_K(0) / d.
-///  1. Fast path: Newton's method on (1), semismooth, from the given lambda; a step is shortened where the residual
-///     would not fall. A step solves one system of the size of the active set, symmetric unless a contact slides. For
-///     rows without friction it is a primal-dual active-set method. Near a solution convergence is quadratic, and one
-///     step is exact once the active set is right and nothing slides.
-///  2. Where that fails and rows are contacts, rounds of the proximal-point method on the law itself: (1) for the
-///     velocities
+///  1. Without contacts: Newton's method on (1), semismooth, from the given lambda; a step is shortened where the
+///     residual would not fall. A step solves one system of the size of the active set, symmetric unless a contact
+///     slides. It is a primal-dual active-set method: one step is exact once the active set is right.
+///  2. With contacts: such steps while each halves the residual, as near a solution they do; then rounds of the
+///     proximal-point method on the law itself, (1) for the velocities
 ///         v + e (lambda - lambda[k])                                                                             (2)
 ///     by the same method. Where redundant contacts contradict each other a little, such as those of a capsule that
 ///     lies on a plane, the systems of 1 have no solution and its steps no bound; those of (2) have, to first order,
-///     and the pull e (lambda - lambda[k]) vanishes as the rounds converge. e falls after a round that was solved, and
-///     rises after one that was not.
+///     and the pull e (lambda - lambda[k]) vanishes as the rounds converge: e follows the residual r of lambda[k], so
+///     near a solution convergence is faster than linear. e rises after a round that was not solved. Steps are taken
+///     whole, for a set may have to change through worse ones; rounds that cycle take turns with steps of (2) about
+///     the step's own beginning, whose pull is the stronger the less a contact carries.
 ///  3. Where that stalls, rounds of the proximal-point method on the convex problem that friction with a fixed offset s
 ///     on the normal rows is; K is the product of the rows' sets (reals, half-line, interval, cone), e > 0:
 ///         lambda[k+1] = argmin over K of  lambda^T A lambda / 2 + (b + s)^T lambda + e |lambda - lambda[k]|^2 / 2 (3)
 ///     With s = mu |v_t| its limit is Coulomb's law (De Saxce & Feng 1998), so s is taken anew after each round, after
-///     some block Gauss-Seidel sweeps; and the fast path is tried again. (3) is solved by Newton's method with a line
+///     some block Gauss-Seidel sweeps; and the method of 1 is tried again. (3) is solved by Newton's method with a line
 ///     search on its dual, y^T A y / 2 + psi(A y + b): convex, once continuously differentiable, and coercive modulo
 ///     the null space of A. With contacts the rounds end where they no longer reduce the residual.
 ///
 /// Guarantee. (3) always has exactly one solution, to which its Newton iteration converges from anywhere. Without
 /// contacts s is zero, the whole problem is convex, and the rounds converge to a solution whenever there is one,
 /// redundant or not. Coulomb's law is not convex: solutions may be several or none, no method is known that always
-/// finds one, and neither the fixed point in s, nor the rounds of (2), nor the fast path is then guaranteed to
-/// converge. Every loop is bounded, so a call always ends, with a lambda in K.
+/// finds one, and neither the fixed point in s nor the steps and rounds of 1 and 2 are then guaranteed to converge. Every
+/// loop is bounded, so a call always ends, with a lambda in K.
 ///
 /// Fallback. What is not solved is reported as such, and lambda is then
 ///   - infeasible: the solution of (3) about P_K(0) with e = 1e-6, that is, with every row a little compliant: for rows
@@ -110,7 +111,7 @@ class LcpWorkspace {
 
 /// Solves the problem. `delassus` is n x n, its lower triangle is read; `bias` is b; `rows` and `lambda` have n
 /// entries. `lambda` is the start on entry (the last step's impulses, zero for new rows; what is not finite or above
-/// 1e7 d m counts as zero) and the answer, always in K, on return. Near a solution this warm start needs 0 to 2
+/// 1e7 d m counts as zero) and the answer, always in K, on return. Near a solution this warm start needs 0 to 5
 /// iterations. Cost: O(a^3) per iteration, a the number of active rows, plus O(n^2). Throws nothing; allocates nothing
 /// within the reserved size. Deterministic. Not thread-safe for one workspace.
 [[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& delassus,
