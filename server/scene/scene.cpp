@@ -133,6 +133,8 @@ const Eigen::Vector3d& Scene::contact_force(int index) const { return data_->wor
 const dynamics::BodyForce& Scene::coupling_force(int index) const { return data_->workspace.coupling_force(index); }
 const dynamics::BodyForce& Scene::tie_force(int index) const { return data_->workspace.tie_force(index); }
 const Eigen::Vector3d& Scene::drive_torque(int index) const { return data_->workspace.drive_torque(index); }
+std::span<const dynamics::Contact> Scene::step_contacts() const { return data_->contacts; }
+dynamics::Workspace& Scene::workspace() { return data_->workspace; }
 void Scene::forget() { data_->world.forget(); }
 
 }  // namespace layfigure::scene

@@ -57,6 +57,10 @@ class Scene {
   [[nodiscard]] const dynamics::BodyForce& tie_force(int index) const;
   [[nodiscard]] const Eigen::Vector3d& drive_torque(int index) const;
 
+  /// Those of the last step as it took them, and what it was made in: for dynamics/ports.h.
+  [[nodiscard]] std::span<const dynamics::Contact> step_contacts() const;
+  [[nodiscard]] dynamics::Workspace& workspace();
+
   /// Drops what contacts remember from step to step: what follows depends on the state alone, bit for bit.
   void forget();
 

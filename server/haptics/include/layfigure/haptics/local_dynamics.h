@@ -1,0 +1,137 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "layfigure/dynamics/lcp.h"
+#include "layfigure/haptics/local_model.h"
+
+/// The doll at the haptic rate, between physics steps: the haptic thread's part.
+///
+/// A tick of length h moves the ports by the local model (local_model.h), implicit in its spring and damper and in the
+/// virtual couplings (gains K_c, B_c, target x_t, v_t), with the contacts of touch pointers as rows of their own:
+///     (M + h D + h^2 K + h (h K_c + B_c)) u+ = M u + h (A^-1 b - K x + f_0) + J_c^T lambda
+///     f_0 = K_c (x_t + h v_t - p - h V) + B_c (v_t - V),   Coulomb's law for lambda (lcp.h)
+///     p+ = p + h (V + u+) + s,   f = f_0 - (h K_c + B_c) u+,   the hand feels -f
+/// A contact's row that would pull drops out, and takes part again where its gap has closed, tick by tick. s is the
+/// correction of the hand-over.
+///
+/// Hand-over. Physics receives the mean f of an interval, so the same impulse, and answers with poses P and velocities
+/// that differ by a little from those that the ticks came to. The velocities are taken over as they are; the poses'
+/// difference e = P - p is bled off over an interval of physics, e' = -e / H, by the shifts s.
+///
+/// Energy. A coupling's wrench f does the work f . dp on what is behind it: on the local model and what the shifts
+/// move. Physics is done the work F . dP by the mean wrench F over the way dP of the port. What is between the two,
+/// model and hand-over, has made energy of nothing where physics was done more work than the couplings did:
+///     E = sum over ticks of f . dp  -  sum over intervals of F . dP  <  0
+/// Physics steps never create energy themselves (dynamics/step.h), and a coupling with an implicit spring does not; so
+/// the whole is passive, but for a loan L = kEnergyLoan once and for all, if E never falls below -L. A loan there must
+/// be, since physics, an implicit step, is ahead of the ticks by about V H / 2, so that E swings by about f V H / 2
+/// with nothing being lost. Two rules see to the rest, for the sum over all pointers (energy may pass from one hand to
+/// the other through the doll):
+///  1. A shift does the work f . s. Where that is negative, it stretches the coupling's spring and has to be paid for
+///  by
+///     E: the shifts of a tick are shortened so that E does not fall below -L by them.
+///  2. What the ticks and the answer of physics differ by can leave E below -L. Then the ports yield to their wrenches,
+///     s = c f, which relaxes the springs and adds c |f|^2 > 0, until E is -L again, at most at kRelaxSpeed.
+/// E starts at zero, rule 1 never lowers it below -L, and under rule 2 it rises while anything pushes; where nothing
+/// pushes no energy is exchanged. So sum f . dp >= sum F . dP - L - (what one interval was mistaken by): however long
+/// the hands play, what comes out of the doll beyond what they and physics put in is bounded by a constant.
+namespace layfigure::haptics {
+
+/// Where the device wants its pointer's port, world.
+struct CouplingTarget {
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};            ///< now [m]
+  Eigen::Quaterniond rotation{Eigen::Quaterniond::Identity()};  ///< of the held frame, R_WA
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};            ///< [m/s]
+  Eigen::Vector3d angular_velocity{Eigen::Vector3d::Zero()};    ///< [rad/s]
+};
+
+/// How a port yields at most where energy has to be paid back [m/s]: below what a hand notices.
+inline constexpr double kRelaxSpeed = 5e-3;
+
+/// L [J]: a quarter of the dip that a hand-over is allowed, a thousandth of what a hand puts into a joint that it
+/// bends.
+inline constexpr double kEnergyLoan = 2.5e-4;
+
+/// Of the hand-over [J].
+struct HandOverLedger {
+  double energy{0.0};     ///< E
+  double lowest{0.0};     ///< the least that it has been
+  double relaxed{0.0};    ///< given back by rule 2
+  double held_back{0.0};  ///< not spent by rule 1
+};
+
+/// Allocates in its constructor only; its functions lock, log and throw nothing. Not thread-safe. A tick costs
+/// O(rows^2) and a small complementarity problem where contacts are near.
+class LocalDynamics {
+ public:
+  LocalDynamics();
+
+  /// A new model, at the same moment as the last end_interval(), or later by some ticks, which then have gone on with
+  /// the old one. Ports of the same place, or of the same touched body, go on from where they are.
+  void hand_over(const LocalModel& model) noexcept;
+
+  /// One tick of the model's length. One target for each pointer; `on_hands` gets what each hand feels, f turned round.
+  /// Before the first hand_over() nothing is felt.
+  void tick(std::span<const CouplingTarget> targets, std::span<PortWrench> on_hands) noexcept;
+
+  /// The mean wrenches on the ports since the last call: what physics is to apply over the interval, one per pointer.
+  void end_interval(std::span<PortWrench> means) noexcept;
+
+  [[nodiscard]] const HandOverLedger& ledger() const noexcept { return ledger_; }
+  [[nodiscard]] Eigen::Vector3d position(int port) const noexcept { return ports_[port].position; }
+  [[nodiscard]] const Eigen::Quaterniond& rotation(int port) const noexcept { return ports_[port].rotation; }
+  /// Complementarity problems so far that were not solved to the tolerance.
+  [[nodiscard]] long unsolved() const noexcept { return unsolved_; }
+
+ private:
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostPortRows, 1>;
+  using ContactRows = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostContactRows, 1>;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+  struct PortState {
+    Eigen::Vector3d position{Eigen::Vector3d::Zero()};
+    Eigen::Quaterniond rotation{Eigen::Quaterniond::Identity()};
+    Vector6 offset{Vector6::Zero()};  ///< e, [turn; way]
+  };
+
+  /// Of a pointer, since the last end_interval(), and over the one before.
+  struct Interval {
+    Vector6 sum{Vector6::Zero()};                               ///< of the wrenches
+    Vector6 mean{Vector6::Zero()};                              ///< F, given to physics ...
+    Eigen::Vector3d physics_position{Eigen::Vector3d::Zero()};  ///< ... which was here when it began
+    Eigen::Quaterniond physics_rotation{Eigen::Quaterniond::Identity()};
+  };
+
+  void account_physics() noexcept;
+  void take_ports(const LocalModel& before) noexcept;
+  [[nodiscard]] Vector6 coupling_pull(int pointer, const CouplingTarget& target) const noexcept;
+  void solve_contacts() noexcept;
+  void move() noexcept;
+  void shift() noexcept;
+  void relax() noexcept;
+  void move_by(PortState& port, const Vector6& way) noexcept;
+
+  LocalModel model_;
+  bool has_model_{false};
+  std::array<PortState, kMostPorts> ports_;
+  std::array<Interval, kMostPointers> intervals_;
+  int ticks_{0};         ///< since the last end_interval()
+  bool pending_{false};  ///< an interval has been given to physics
+  Rows way_;             ///< x
+  Rows speed_;           ///< u
+  Rows wrench_;          ///< f
+  Rows right_;
+  ContactRows impulses_;
+  ContactRows bias_;
+  std::vector<dynamics::LcpRow> laws_;
+  dynamics::LcpWorkspace lcp_;
+  HandOverLedger ledger_;
+  long unsolved_{0};
+};
+
+}  // namespace layfigure::haptics
