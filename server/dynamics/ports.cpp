@@ -1,8 +1,5 @@
 #include "layfigure/dynamics/ports.h"
 
-#include <algorithm>
-#include <array>
-
 #include "lane_transfer.h"
 #include "path_tree.h"
 #include "port_factors.h"
@@ -70,7 +67,7 @@ struct PortResponse::Data {
   explicit Data(const Model& model) { tree.reserve(model.size()); }
 
   void read_ports(const Model& model, const State& before, const RigidGroups& groups, std::span<const Port> list);
-  void read_rows(const ConstraintSet& set, std::span<const int> apart);
+  void read_rows(const ConstraintSet& set);
   template <class T>
   void touch(const State& before, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
   template <class T>
@@ -122,14 +119,13 @@ void PortResponse::Data::read_ports(const Model& model, const State& before, con
   }
 }
 
-void PortResponse::Data::read_rows(const ConstraintSet& set, std::span<const int> apart) {
+void PortResponse::Data::read_rows(const ConstraintSet& set) {
   rows.clear();
   passed_over.clear();
   row_count = 0;
   for (const ConstraintBlock& block : set.blocks()) {
     const int count = acting_rows(block);
     if (count == 0) continue;
-    if (block.kind == Kind::kContact && std::find(apart.begin(), apart.end(), block.source) != apart.end()) continue;
     rows.push_back({.block = &block, .count = count});
     row_count += count;
     for (int k = 0; k < count; ++k) passed_over.push_back(at_bound(block, k) ? 1 : 0);
@@ -224,14 +220,14 @@ PortResponse::PortResponse(PortResponse&&) noexcept = default;
 PortResponse& PortResponse::operator=(PortResponse&&) noexcept = default;
 
 bool PortResponse::measure(const Model& model, const State& before, Workspace& workspace, double step_length,
-                           std::span<const Port> ports, std::span<const int> apart) {
+                           std::span<const Port> ports) {
   Workspace::Data& source = workspace.data();
   if (source.factored_version != source.groups.version()) return false;
   source.factored_version = Workspace::Data::kNoFactors;
   Data& data = *data_;
   data.factor_length = source.copies[source.finest].h;
   data.read_ports(model, before, source.groups, ports);
-  data.read_rows(source.constraints[source.finest], apart);
+  data.read_rows(source.constraints[source.finest]);
   if (source.goes_narrow) {
     data.measure(before, source.narrow, source.narrow_nodes, step_length);
   } else {

@@ -12,9 +12,6 @@ using Eigen::Vector3d;
 using ConstRows = Eigen::Map<const Eigen::VectorXd>;
 using ConstMatrix = Eigen::Map<const Eigen::MatrixXd>;
 
-// A port that yields gives up at most this part of its coupling's stretch in a tick.
-constexpr double kMostRelaxed = 0.1;
-
 Vector3d stored_position(const LocalModel& model, int port) { return Vector3d(model.position.data() + 3 * port); }
 Eigen::Quaterniond stored_rotation(const LocalModel& model, int port) {
   return Eigen::Quaterniond(model.rotation.data() + 4 * port);
@@ -36,71 +33,71 @@ LocalDynamics::LocalDynamics() {
   impulses_.setZero(0);
 }
 
-/// What physics was done with the last interval's mean wrenches.
-void LocalDynamics::account_physics() noexcept {
-  if (!pending_) return;
-  pending_ = false;
-  for (int k = 0; k < model_.pointers; ++k) {
-    const Interval& interval = intervals_[k];
-    ledger_.energy -= interval.mean.dot(between(interval.physics_position, interval.physics_rotation,
-                                                stored_position(model_, k), stored_rotation(model_, k)));
+/// The port's index in the last model, -1: it is new.
+int LocalDynamics::port_before(int port, const Layout& before) const noexcept {
+  if (port < model_.pointers) {
+    return port < before.pointers && before.body[port] == model_.body[port] ? port : -1;
   }
+  for (int i = before.pointers; i < before.ports; ++i) {
+    if (before.body[i] == model_.body[port]) return i;
+  }
+  return -1;
+}
+
+/// What physics was done with the last interval's mean wrenches.
+void LocalDynamics::account_physics(const Layout& before) noexcept {
+  const std::array<Interval, kMostPorts> old = intervals_;
+  for (int k = 0; k < model_.ports; ++k) {
+    Interval& interval = intervals_[k];
+    const int same = port_before(k, before);
+    interval = same < 0 ? Interval{} : old[same];
+    const Vector3d position = stored_position(model_, k);
+    const Eigen::Quaterniond rotation = stored_rotation(model_, k);
+    if (pending_ && same >= 0 && !model_.own[k]) {
+      ledger_.energy -=
+          interval.mean.dot(between(interval.physics_position, interval.physics_rotation, position, rotation));
+    }
+    interval.physics_position = position;
+    interval.physics_rotation = rotation;
+  }
+  pending_ = false;
   ledger_.lowest = std::min(ledger_.lowest, ledger_.energy);
 }
 
 /// Ports go on from where they are; new ones are where physics has them.
-void LocalDynamics::take_ports(const LocalModel& before) noexcept {
+void LocalDynamics::take_ports(const Layout& before) noexcept {
   const std::array<PortState, kMostPorts> old = ports_;
   for (int k = 0; k < model_.ports; ++k) {
     PortState& port = ports_[k];
     const Vector3d position = stored_position(model_, k);
     const Eigen::Quaterniond rotation = stored_rotation(model_, k);
-    int same = -1;
-    if (k < model_.pointers) {
-      if (k < before.pointers && before.body[k] == model_.body[k]) same = k;
-    } else {
-      for (int i = before.pointers; i < before.ports; ++i) {
-        if (before.body[i] == model_.body[k]) same = i;
-      }
-    }
-    if (same < 0) {
-      port = {.position = position, .rotation = rotation, .offset = Vector6::Zero()};
-      continue;
-    }
-    port.position = old[same].position;
-    port.rotation = old[same].rotation;
+    const int same = port_before(k, before);
+    port = same < 0 ? PortState{.position = position, .rotation = rotation, .offset = Vector6::Zero()} : old[same];
     port.offset = between(port.position, port.rotation, position, rotation);
   }
 }
 
 void LocalDynamics::hand_over(const LocalModel& model) noexcept {
-  const bool first = !has_model_;
-  LocalModel before;
-  before.pointers = before.ports = 0;
-  if (!first) {
-    before.pointers = model_.pointers;
-    before.ports = model_.ports;
-    before.body = model_.body;
-  }
-  const bool same_pointers = before.pointers == model.pointers;
+  const Layout before{.pointers = model_.pointers, .ports = model_.ports, .body = model_.body};
   model_ = model;
   has_model_ = true;
-  if (same_pointers) account_physics();
-  pending_ = false;
+  account_physics(before);
   take_ports(before);
-  for (int k = 0; k < model_.pointers; ++k) {
-    intervals_[k].physics_position = stored_position(model_, k);
-    intervals_[k].physics_rotation = stored_rotation(model_, k);
-    if (!same_pointers) intervals_[k].sum.setZero();
-  }
   way_.setZero(model_.rows());
   speed_.setZero(model_.rows());
+  pull_.setZero(model_.rows());
   wrench_.setZero(model_.rows());
   impulses_.setZero(3 * model_.contacts);
   for (int i = 0; i < model_.contacts; ++i) {
     laws_[3 * i] = dynamics::LcpRow::contact(model_.contact[i].friction);
     laws_[3 * i + 1] = laws_[3 * i + 2] = dynamics::LcpRow::tangent();
   }
+}
+
+dynamics::BodyVelocity LocalDynamics::velocity(int port) const noexcept {
+  const Vector3d spin(model_.velocity.data() + 6 * port);
+  const Vector3d linear(model_.velocity.data() + 6 * port + 3);
+  return {.angular = spin + speed_.segment<3>(6 * port), .linear = linear + speed_.segment<3>(6 * port + 3)};
 }
 
 /// f_0, [torque; force].
@@ -153,6 +150,7 @@ void LocalDynamics::solve_contacts() noexcept {
       dynamics::solve_lcp(delassus, bias_, std::span<const dynamics::LcpRow>(laws_.data(), rows), impulses_, lcp_);
   if (report.status != dynamics::LcpStatus::kSolved) ++unsolved_;
   speed_.noalias() += response * impulses_;
+  wrench_.noalias() += jacobian * (impulses_ / h);
 }
 
 void LocalDynamics::move_by(PortState& port, const Vector6& way) noexcept {
@@ -168,7 +166,7 @@ void LocalDynamics::move() noexcept {
   for (int k = 0; k < model_.ports; ++k) {
     const Vector6 way = right_.segment<6>(6 * k);
     move_by(ports_[k], way);
-    if (k < model_.pointers) ledger_.energy += wrench_.segment<6>(6 * k).dot(way);
+    if (!model_.own[k]) ledger_.energy += wrench_.segment<6>(6 * k).dot(way);
   }
 }
 
@@ -176,14 +174,17 @@ void LocalDynamics::move() noexcept {
 void LocalDynamics::shift() noexcept {
   const double part = std::min(model_.tick / model_.length, 1.0);
   double work = 0.0;
-  for (int k = 0; k < model_.pointers; ++k) work += part * wrench_.segment<6>(6 * k).dot(ports_[k].offset);
+  for (int k = 0; k < model_.ports; ++k) {
+    if (!model_.own[k]) work += part * wrench_.segment<6>(6 * k).dot(ports_[k].offset);
+  }
   double share = 1.0;
   if (work < 0.0) {
     share = std::clamp((ledger_.energy + kEnergyLoan) / -work, 0.0, 1.0);
     ledger_.held_back -= (1.0 - share) * work;
   }
   for (int k = 0; k < model_.ports; ++k) {
-    const Vector6 way = (k < model_.pointers ? share * part : part) * ports_[k].offset;
+    if (model_.own[k]) continue;
+    const Vector6 way = share * part * ports_[k].offset;
     move_by(ports_[k], way);
     ports_[k].offset -= way;
   }
@@ -194,13 +195,11 @@ void LocalDynamics::shift() noexcept {
 
 /// Pays back by yielding to the wrenches.
 void LocalDynamics::relax() noexcept {
-  for (int k = 0; k < model_.pointers && ledger_.energy < -kEnergyLoan; ++k) {
+  for (int k = 0; k < model_.ports && ledger_.energy < -kEnergyLoan; ++k) {
     const Vector3d force = wrench_.segment<3>(6 * k + 3);
     const double size = force.norm();
-    const double stiffness = model_.gains[k].stiffness;
-    if (!(size > 0.0) || !(stiffness > 0.0)) continue;
-    const double most = std::min(kRelaxSpeed * model_.tick, kMostRelaxed * size / stiffness);
-    const double distance = std::min((-kEnergyLoan - ledger_.energy) / size, most);
+    if (model_.own[k] || !(size > 0.0)) continue;
+    const double distance = std::min((-kEnergyLoan - ledger_.energy) / size, kRelaxSpeed * model_.tick);
     Vector6 way = Vector6::Zero();
     way.tail<3>() = distance / size * force;
     move_by(ports_[k], way);
@@ -219,37 +218,40 @@ void LocalDynamics::tick(std::span<const CouplingTarget> targets, std::span<Port
   const ConstMatrix mass(model_.mass.data(), size, size);
   const ConstMatrix spring(model_.spring.data(), size, size);
   const ConstMatrix response(model_.response.data(), size, size);
-  for (int k = 0; k < pointers; ++k) wrench_.segment<6>(6 * k) = coupling_pull(k, targets[k]);
+  for (int k = 0; k < pointers; ++k) pull_.segment<6>(6 * k) = coupling_pull(k, targets[k]);
   right_.noalias() = mass * speed_;
-  right_ += h * (ConstRows(model_.drift.data(), size) + wrench_);
+  right_ += h * (ConstRows(model_.drift.data(), size) + pull_);
   right_.noalias() -= h * (spring * way_);
   speed_.noalias() = response * right_;
+  wrench_.setZero();
   if (model_.contacts > 0) solve_contacts();
   for (int k = 0; k < pointers; ++k) {
     const CouplingGains& gains = model_.gains[k];
-    auto wrench = wrench_.segment<6>(6 * k);
+    Vector6 wrench = pull_.segment<6>(6 * k);
     wrench.head<3>() -= (h * gains.angular_stiffness + gains.angular_damping) * speed_.segment<3>(6 * k);
     wrench.tail<3>() -= (h * gains.stiffness + gains.damping) * speed_.segment<3>(6 * k + 3);
-    intervals_[k].sum += wrench;
+    wrench_.segment<6>(6 * k) += wrench;
     on_hands[k] = {.force = -wrench.tail<3>(), .torque = -wrench.head<3>()};
   }
+  for (int k = 0; k < model_.ports; ++k) intervals_[k].sum += wrench_.segment<6>(6 * k);
   ++ticks_;
   move();
   shift();
-  // Only the couplings' part is kept: it acts anew in each tick.
-  wrench_.setZero();
 }
 
-void LocalDynamics::end_interval(std::span<PortWrench> means) noexcept {
-  std::fill(means.begin(), means.end(), PortWrench{});
-  for (int k = 0; k < std::min(model_.pointers, static_cast<int>(means.size())); ++k) {
+std::span<const PortLoad> LocalDynamics::end_interval() noexcept {
+  std::size_t count = 0;
+  for (int k = 0; k < model_.ports; ++k) {
     Interval& interval = intervals_[k];
     interval.mean = ticks_ > 0 ? Vector6(interval.sum / ticks_) : Vector6::Zero();
     interval.sum.setZero();
-    means[k] = {.force = interval.mean.tail<3>(), .torque = interval.mean.head<3>()};
+    if (model_.own[k] || (k >= model_.pointers && interval.mean.isZero(0.0))) continue;
+    means_[count++] = {.port = {.body = model_.body[k], .point = Vector3d(model_.point.data() + 3 * k)},
+                       .wrench = {.force = interval.mean.tail<3>(), .torque = interval.mean.head<3>()}};
   }
   ticks_ = 0;
   pending_ = has_model_;
+  return {means_.data(), count};
 }
 
 }  // namespace layfigure::haptics

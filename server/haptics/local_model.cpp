@@ -34,17 +34,15 @@ void store(const MatrixXd& matrix, std::array<double, kSize>& place) {
 
 }  // namespace
 
-void PortLoads::set(const dynamics::Model& model, const dynamics::State& state, std::span<const PointerPort> pointers,
-                    std::span<const PortWrench> wrenches) {
-  count_ = static_cast<int>(std::min<std::size_t>(pointers.size(), kMostPointers));
+void PortLoads::set(const dynamics::Model& model, const dynamics::State& state, std::span<const PortLoad> loads) {
+  count_ = static_cast<int>(std::min<std::size_t>(loads.size(), kMostPorts));
   for (int k = 0; k < count_; ++k) {
-    const Port& port = pointers[k].port;
+    const auto& [port, wrench] = loads[k];
     Eigen::Quaterniond rotation = state.bodies[port.body].rotation;
     for (int i = model.body(port.body).parent; i >= 0; i = model.body(i).parent) {
       rotation = state.bodies[i].rotation * rotation;
     }
     const Vector3d lever = rotation * (port.point - model.body(port.body).com);
-    const PortWrench& wrench = wrenches[k];
     loads_[k] = {.body = port.body,
                  .force = {.force = wrench.force, .torque = wrench.torque + lever.cross(wrench.force)}};
   }
@@ -57,6 +55,17 @@ void PortLoads::add(double /*time*/, std::span<dynamics::BodyForce> forces) cons
   }
 }
 
+void put_body(const dynamics::Model& model, int body, const Eigen::Quaterniond& rotation, const Vector3d& position,
+              const dynamics::BodyVelocity& velocity, dynamics::State& state) {
+  const dynamics::BodyDefinition& definition = model.body(body);
+  dynamics::BodyState& target = state.bodies[body];
+  const Matrix3d R = rotation.toRotationMatrix();
+  target.rotation = rotation;
+  target.position = position;
+  target.linear_momentum = definition.mass * velocity.linear;
+  target.angular_momentum = R * definition.inertia * R.transpose() * velocity.angular;
+}
+
 struct LocalModeler::Data {
   explicit Data(const dynamics::Model& m) : model(m), response(m) {}
 
@@ -65,7 +74,7 @@ struct LocalModeler::Data {
   void place_ports(std::span<const PointerPort> pointers, LocalModel& result) const;
   void place_contacts(const TrialStep& trial, LocalModel& result);
   void find_inverses();
-  void find_drift(const TrialStep& trial, std::span<const PointerPort> pointers, LocalModel& result);
+  void find_drift(const TrialStep& trial, LocalModel& result);
   void find_response(LocalModel& result);
   void find_contact_response(LocalModel& result);
 
@@ -76,7 +85,7 @@ struct LocalModeler::Data {
   Eigen::LLT<MatrixXd> cholesky;
   MatrixXd inertial, damped, whole;  ///< A_M^-1, A_D^-1, A^-1
   MatrixXd compliant, damping, spring, implicit, inverse;
-  VectorXd applied, free;
+  VectorXd drift;
   MatrixXd jacobian, transposed, contact_response, delassus;
 };
 
@@ -92,23 +101,27 @@ void LocalModeler::Data::choose(const TrialStep& trial, std::span<const PointerP
   ports.clear();
   local.clear();
   result.left_out = 0;
-  for (const PointerPort& pointer : pointers) ports.push_back(pointer.port);
-  const auto is_touching = [&](int body) {
-    return std::any_of(pointers.begin(), pointers.end(),
-                       [body](const PointerPort& pointer) { return pointer.touches && pointer.port.body == body; });
+  result.own.fill(false);
+  const auto add = [&](const Port& port) {
+    if (port_of(port.body) < 0 && ports.size() < kMostPorts) ports.push_back(port);
+    return port_of(port.body) >= 0;
   };
+  for (const PointerPort& pointer : pointers) {
+    result.own[ports.size()] = pointer.touches;
+    ports.push_back(pointer.port);
+  }
+  // What is loaded is a port even where nothing is near to it any more: the loads are taken out of the drift.
+  for (const PortLoad& load : trial.loads) (void)add(load.port);
   for (std::size_t i = 0; i < trial.contacts.size(); ++i) {
     const Contact& contact = trial.contacts[i];
-    if (!is_touching(contact.body_a) && (contact.body_b == kWorld || !is_touching(contact.body_b))) continue;
-    int missing = 0;
-    for (const int body : {contact.body_a, contact.body_b}) missing += body != kWorld && port_of(body) < 0 ? 1 : 0;
-    if (local.size() == kMostContacts || ports.size() + missing > kMostPorts) {
-      ++result.left_out;
-      continue;
-    }
-    local.push_back(static_cast<int>(i));
+    bool fits = local.size() < kMostContacts;
     for (const int body : {contact.body_a, contact.body_b}) {
-      if (body != kWorld && port_of(body) < 0) ports.push_back({.body = body, .point = model.body(body).com});
+      if (body != kWorld) fits = fits && add({.body = body, .point = model.body(body).com});
+    }
+    if (fits) {
+      local.push_back(static_cast<int>(i));
+    } else {
+      ++result.left_out;
     }
   }
   result.pointers = static_cast<int>(pointers.size());
@@ -123,6 +136,7 @@ void LocalModeler::Data::place_ports(std::span<const PointerPort> pointers, Loca
     if (held) result.gains[k] = pointers[k].gains;
     const Eigen::Quaterniond frame =
         held ? Eigen::Quaterniond(response.rotation(k) * pointers[k].orientation) : response.rotation(k);
+    std::copy_n(ports[k].point.data(), 3, result.point.begin() + 3 * k);
     std::copy_n(response.position(k).data(), 3, result.position.begin() + 3 * k);
     std::copy_n(frame.coeffs().data(), 4, result.rotation.begin() + 4 * k);
   }
@@ -190,26 +204,18 @@ void LocalModeler::Data::find_inverses() {
   invert(response.matrix(), whole);
 }
 
-/// A^-1 b: what acts without the couplings and the local contacts.
-void LocalModeler::Data::find_drift(const TrialStep& trial, std::span<const PointerPort> pointers, LocalModel& result) {
-  applied.setZero(result.rows());
-  for (int k = 0; k < result.pointers; ++k) {
-    applied.segment<3>(6 * k) = pointers[k].applied.torque;
-    applied.segment<3>(6 * k + 3) = pointers[k].applied.force;
+/// A^-1 b: what acts without the loads.
+void LocalModeler::Data::find_drift(const TrialStep& trial, LocalModel& result) {
+  drift.noalias() = whole * response.acceleration();
+  for (const auto& [port, wrench] : trial.loads) {
+    for (int k = 0; k < result.ports; ++k) {
+      if (ports[k].body != port.body || ports[k].point != port.point) continue;
+      drift.segment<3>(6 * k) -= wrench.torque;
+      drift.segment<3>(6 * k + 3) -= wrench.force;
+      break;
+    }
   }
-  for (int i = 0; i < result.contacts; ++i) {
-    const Vector3d& force = trial.workspace.contact_force(local[i]);
-    const LocalContact& contact = result.contact[i];
-    const auto add_side = [&](int port, const std::array<double, 3>& lever, double sign) {
-      applied.segment<3>(6 * port) += sign * Vector3d(lever.data()).cross(force);
-      applied.segment<3>(6 * port + 3) += sign * force;
-    };
-    add_side(contact.port_a, contact.a_to_normal, 1.0);
-    if (contact.port_b >= 0) add_side(contact.port_b, contact.b_to_normal, -1.0);
-  }
-  free.noalias() = whole * response.acceleration();
-  free -= applied;
-  std::copy_n(free.data(), free.size(), result.drift.begin());
+  std::copy_n(drift.data(), drift.size(), result.drift.begin());
 }
 
 void LocalModeler::Data::find_response(LocalModel& result) {
@@ -249,7 +255,7 @@ bool LocalModeler::make(const TrialStep& trial, std::span<const PointerPort> poi
                         LocalModel& result) {
   Data& data = *data_;
   data.choose(trial, pointers.first(std::min<std::size_t>(pointers.size(), kMostPointers)), result);
-  if (!data.response.measure(data.model, trial.before, trial.workspace, trial.length, data.ports, data.local)) {
+  if (!data.response.measure(data.model, trial.before, trial.workspace, trial.length, data.ports)) {
     return false;
   }
   result.tick = tick;
@@ -257,7 +263,7 @@ bool LocalModeler::make(const TrialStep& trial, std::span<const PointerPort> poi
   data.place_ports(pointers, result);
   data.place_contacts(trial, result);
   data.find_inverses();
-  data.find_drift(trial, pointers, result);
+  data.find_drift(trial, result);
   data.find_response(result);
   data.find_contact_response(result);
   return true;

@@ -80,6 +80,10 @@ struct Scene::Data {
   std::vector<collision::Pose> X_WB;
   std::vector<double> reach;
   std::vector<dynamics::Contact> contacts;
+  std::vector<int> apart;  ///< bodies whose contacts are left out
+  std::vector<dynamics::Contact> left_out;
+  static constexpr int kLeftOut = -1;
+  std::vector<int> places;  ///< of each found contact in `contacts`
 };
 
 /// Poses at the beginning of a step of length h, and how far each body's surface gets in it: as fast as it is, and
@@ -99,7 +103,14 @@ void Scene::Data::move(dynamics::State& state, double h) {
 
 void Scene::Data::collect_contacts() {
   contacts.clear();
-  for (const collision::ContactPoint& point : world.contacts()) contacts.push_back(contact_of(point, poses));
+  left_out.clear();
+  places.clear();
+  const auto is_apart = [this](int body) { return std::find(apart.begin(), apart.end(), body) != apart.end(); };
+  for (const collision::ContactPoint& point : world.contacts()) {
+    const bool solved = !is_apart(point.body_a) && !is_apart(point.body_b);
+    places.push_back(solved ? static_cast<int>(contacts.size()) : kLeftOut);
+    (solved ? contacts : left_out).push_back(contact_of(point, poses));
+  }
 }
 
 Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition))) {}
@@ -129,11 +140,16 @@ SceneReport Scene::step(dynamics::State& state, const dynamics::Inputs& inputs, 
 }
 
 std::span<const collision::ContactPoint> Scene::contacts() const { return data_->world.contacts(); }
-const Eigen::Vector3d& Scene::contact_force(int index) const { return data_->workspace.contact_force(index); }
+const Eigen::Vector3d& Scene::contact_force(int index) const {
+  static const Eigen::Vector3d kNothing = Eigen::Vector3d::Zero();
+  const int place = data_->places[index];
+  return place == Data::kLeftOut ? kNothing : data_->workspace.contact_force(place);
+}
 const dynamics::BodyForce& Scene::coupling_force(int index) const { return data_->workspace.coupling_force(index); }
 const dynamics::BodyForce& Scene::tie_force(int index) const { return data_->workspace.tie_force(index); }
 const Eigen::Vector3d& Scene::drive_torque(int index) const { return data_->workspace.drive_torque(index); }
-std::span<const dynamics::Contact> Scene::step_contacts() const { return data_->contacts; }
+void Scene::leave_contacts_out(std::vector<int> bodies) { data_->apart = std::move(bodies); }
+std::span<const dynamics::Contact> Scene::left_out() const { return data_->left_out; }
 dynamics::Workspace& Scene::workspace() { return data_->workspace; }
 void Scene::forget() { data_->world.forget(); }
 

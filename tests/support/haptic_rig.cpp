@@ -14,6 +14,7 @@ using haptics::PortWrench;
 
 FullRig::FullRig(HeldScene held, double haptic_hz)
     : held_(std::move(held)), scene_(held_.definition), state_(held_.start), h_(1.0 / haptic_hz) {
+  couplings_ = held_.pins;
   for (const PointerPort& pointer : held_.pointers) {
     couplings_.push_back({.body = pointer.port.body,
                           .point = pointer.port.point,
@@ -23,20 +24,22 @@ FullRig::FullRig(HeldScene held, double haptic_hz)
                           .angular_stiffness = pointer.gains.angular_stiffness,
                           .angular_damping = pointer.gains.angular_damping});
   }
-  felt_.resize(couplings_.size());
+  felt_.resize(held_.pointers.size());
 }
 
 std::span<const PortWrench> FullRig::tick(std::span<const Hand> hands) {
-  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+  const std::size_t pins = held_.pins.size();
+  for (std::size_t k = 0; k < felt_.size(); ++k) {
     const CouplingTarget target = hands[k](time());
-    couplings_[k].target_position = target.position;
-    couplings_[k].target_rotation = target.rotation;
-    couplings_[k].target_velocity = target.velocity;
-    couplings_[k].target_angular_velocity = target.angular_velocity;
+    Coupling& coupling = couplings_[pins + k];
+    coupling.target_position = target.position;
+    coupling.target_rotation = target.rotation;
+    coupling.target_velocity = target.velocity;
+    coupling.target_angular_velocity = target.angular_velocity;
   }
   report_ = scene_.step(state_, {.couplings = couplings_}, {.step = h_}).step;
-  for (std::size_t k = 0; k < couplings_.size(); ++k) {
-    const dynamics::BodyForce& force = scene_.coupling_force(static_cast<int>(k));
+  for (std::size_t k = 0; k < felt_.size(); ++k) {
+    const dynamics::BodyForce& force = scene_.coupling_force(static_cast<int>(pins + k));
     felt_[k] = {.force = -force.force, .torque = -force.torque};
   }
   ++ticks_;
@@ -51,27 +54,41 @@ MultirateRig::MultirateRig(HeldScene held, double physics_hz, double haptic_hz)
       h_(1.0 / haptic_hz),
       step_(ticks_per_step_ * h_),
       modeler_(scene_.model()),
-      means_(held_.pointers.size()),
       targets_(held_.pointers.size()),
-      felt_(held_.pointers.size()) {}
+      felt_(held_.pointers.size()) {
+  std::vector<int> own;
+  for (const PointerPort& pointer : held_.pointers) {
+    if (pointer.touches) own.push_back(pointer.port.body);
+  }
+  scene_.leave_contacts_out(own);
+}
 
 /// The trial step of the interval to come, with the wrenches of the last one.
 void MultirateRig::begin_interval() {
   dynamics::State trial = state_;
-  for (std::size_t k = 0; k < means_.size(); ++k) held_.pointers[k].applied = means_[k];
-  loads_.set(scene_.model(), state_, held_.pointers, means_);
-  const auto report = scene_.step(trial, {.loads = &loads_}, {.step = step_}).step;
+  loads_.set(scene_.model(), state_, means_);
+  const auto report = scene_.step(trial, {.loads = &loads_, .couplings = held_.pins}, {.step = step_}).step;
   if (report.status != dynamics::StepStatus::kOk) ++failed_;
-  const haptics::TrialStep made{
-      .before = state_, .workspace = scene_.workspace(), .contacts = scene_.step_contacts(), .length = step_};
+  const haptics::TrialStep made{.before = state_,
+                                .workspace = scene_.workspace(),
+                                .loads = means_,
+                                .contacts = scene_.left_out(),
+                                .length = step_};
   if (modeler_.make(made, held_.pointers, h_, model_)) local_.hand_over(model_);
 }
 
 void MultirateRig::step_physics() {
-  local_.end_interval(means_);
-  loads_.set(scene_.model(), state_, held_.pointers, means_);
-  const auto report = scene_.step(state_, {.loads = &loads_}, {.step = step_}).step;
+  means_ = local_.end_interval();
+  loads_.set(scene_.model(), state_, means_);
+  const auto report = scene_.step(state_, {.loads = &loads_, .couplings = held_.pins}, {.step = step_}).step;
   if (report.status != dynamics::StepStatus::kOk) ++failed_;
+  for (int k = 0; k < static_cast<int>(held_.pointers.size()); ++k) {
+    const PointerPort& pointer = held_.pointers[k];
+    if (!pointer.touches) continue;
+    const Eigen::Quaterniond rotation = local_.rotation(k) * pointer.orientation.conjugate();
+    const Eigen::Vector3d origin = local_.position(k) - rotation * pointer.port.point;
+    haptics::put_body(scene_.model(), pointer.port.body, rotation, origin, local_.velocity(k), state_);
+  }
 }
 
 std::span<const PortWrench> MultirateRig::tick(std::span<const Hand> hands) {
@@ -97,13 +114,63 @@ HeldScene held_doll(int hands, const haptics::CouplingGains& gains) {
     held.pointers.push_back({.port = {.body = kForearms[k], .point = {0.01, kWrist[k], 0.0}},
                              .orientation = Eigen::Quaterniond::Identity(),
                              .gains = gains,
-                             .touches = false,
-                             .applied = {}});
+                             .touches = false});
   }
   scene::Scene scene(held.definition);
   held.start = initial_state(scene.model());
   for (int k = 0; k < kSettlingSteps; ++k) (void)scene.step(held.start, {}, {.step = kSettlingStep});
   held.start.time = 0.0;
+  return held;
+}
+
+HeldScene touched_limb(const haptics::CouplingGains& gains) {
+  constexpr double kLength = 0.3;
+  constexpr double kRadius = 0.03;
+  constexpr double kBall = 0.01;
+  constexpr double kGap = 2e-3;
+  HeldScene held;
+  dynamics::ModelDefinition& model = held.definition.model;
+  model.root = dynamics::RootKind::kFree;
+  model.gravity.setZero();
+  const auto add = [&model](const char* name, int parent, const Eigen::Vector3d& anchor, double mass, double size) {
+    dynamics::BodyDefinition& body = model.bodies.emplace_back();
+    body.name = name;
+    body.parent = parent;
+    body.anchor = anchor;
+    body.mass = mass;
+    body.inertia = mass * size * size * Eigen::Matrix3d::Identity();
+    return static_cast<int>(model.bodies.size()) - 1;
+  };
+  const int trunk = add("trunk", -1, {0.0, 0.0, 0.0}, 5.0, 0.1);
+  const int limb = add("limb", trunk, {0.1, 0.0, 0.0}, 0.8, 0.09);
+  model.bodies[limb].com = {0.5 * kLength, 0.0, 0.0};
+  model.bodies[limb].joint.stiffness = 30.0;
+  model.bodies[limb].joint.damping = 0.6;
+  const Eigen::Vector3d tip(0.1 + 0.9 * kLength, 0.0, kRadius + kBall + kGap);
+  const int ball = add("ball", -1, tip, 0.05, kBall);
+  collision::ShapeDefinition shape;
+  shape.name = "limb";
+  shape.shape = collision::Capsule{.radius = kRadius, .half_length = 0.5 * kLength};
+  shape.body = limb;
+  shape.X_BS.position = {0.5 * kLength, 0.0, 0.0};
+  shape.X_BS.rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+  shape.friction = 0.5;
+  held.definition.shapes.push_back(shape);
+  shape.name = "ball";
+  shape.shape = collision::Sphere{.radius = kBall};
+  shape.body = ball;
+  shape.X_BS = {};
+  held.definition.shapes.push_back(shape);
+  held.definition.excluded = {{trunk, ball}};
+  dynamics::Coupling pin{.body = trunk, .stiffness = 1e5, .damping = 300.0};
+  pin.angular_stiffness = 1e3;
+  pin.angular_damping = 5.0;
+  held.pins.push_back(pin);
+  held.pointers.push_back({.port = {.body = ball, .point = Eigen::Vector3d::Zero()},
+                           .orientation = Eigen::Quaterniond::Identity(),
+                           .gains = gains,
+                           .touches = true});
+  held.start = initial_state(dynamics::Model(model));
   return held;
 }
 

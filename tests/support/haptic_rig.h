@@ -28,6 +28,7 @@ struct HeldScene {
   scene::SceneDefinition definition;
   dynamics::State start;
   std::vector<haptics::PointerPort> pointers;
+  std::vector<dynamics::Coupling> pins{};  ///< what holds the doll itself
 };
 
 /// The whole doll stepped in every tick, the couplings a part of the step.
@@ -77,13 +78,17 @@ class MultirateRig : public HapticRig {
   haptics::LocalModel model_;
   haptics::LocalDynamics local_;
   haptics::PortLoads loads_;
-  std::vector<haptics::PortWrench> means_;
+  std::span<const haptics::PortLoad> means_;
   std::vector<haptics::CouplingTarget> targets_;
   std::vector<haptics::PortWrench> felt_;
 };
 
 /// The doll of 52 joints as it hangs at rest, one or two hands holding its wrists.
 [[nodiscard]] HeldScene held_doll(int hands, const haptics::CouplingGains& gains);
+
+/// A limb on a sprung joint, and a ball in front of its tip that a touch pointer moves: no gravity. The tip can be
+/// pushed along -z.
+[[nodiscard]] HeldScene touched_limb(const haptics::CouplingGains& gains);
 
 /// Where the held frame of pointer k is at the scene's start.
 [[nodiscard]] haptics::CouplingTarget held_pose(const HeldScene& held, int k);

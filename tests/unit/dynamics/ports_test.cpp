@@ -152,21 +152,6 @@ TEST(PortResponse, TreeInContact_ActingRowsAreTakenOut) {
   }
 }
 
-TEST(PortResponse, ContactsApart_DoNotCount) {
-  const ModelDefinition definition = even_tree(RootKind::kFree);
-  const Model model(definition);
-  const State before = initial_state(model);
-  const std::vector<Contact> contacts = testing::tree_contacts(model, before);
-  std::vector<int> all;
-  for (std::size_t i = 0; i < contacts.size(); ++i) all.push_back(static_cast<int>(i));
-  State state = before;
-  Workspace workspace(model);
-  (void)step(model, state, workspace, {.contacts = contacts}, {.step = kStep});
-  PortResponse response(model);
-  ASSERT_TRUE(response.measure(model, before, workspace, kStep, kPorts, all));
-  EXPECT_LE(relative(response.matrix(), dense_response(definition, before, kPorts)), kDenseRounding);
-}
-
 /// A little push on port 0's point, added to the state's momenta.
 State pushed(const Model& model, State state, const Eigen::Vector3d& impulse) {
   std::vector<BodyPose> poses;

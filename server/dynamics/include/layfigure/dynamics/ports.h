@@ -39,8 +39,7 @@ class PortResponse {
   PortResponse& operator=(PortResponse&&) noexcept;
 
   /// Takes the response from the last step of the workspace, of any order: from the factors of its finest run's last
-  /// part. `before`: the state that the step began with. `apart`: contacts of the step's inputs that are not to count
-  /// as constraints, because whoever asks solves them by itself. False, and nothing is changed, where the workspace has
+  /// part. `before`: the state that the step began with. False, and nothing is changed, where the workspace has
   /// no factors: before the first step, after another measure() of the same step, or where bodies have just fallen
   /// asleep.
   ///
@@ -48,7 +47,7 @@ class PortResponse {
   /// p port rows. Uses up the workspace's factors; the next step makes its own. Allocates only where there are more
   /// ports, rows or bodies on the paths than ever before.
   [[nodiscard]] bool measure(const Model& model, const State& before, Workspace& workspace, double step_length,
-                             std::span<const Port> ports, std::span<const int> apart = {});
+                             std::span<const Port> ports);
 
   [[nodiscard]] int ports() const;
   /// A: velocity [rad/s, m/s] by impulse [N m s, N s], 6 rows for each port; symmetric.

@@ -26,7 +26,7 @@
 /// Energy. A coupling's wrench f does the work f . dp on what is behind it: on the local model and what the shifts
 /// move. Physics is done the work F . dP by the mean wrench F over the way dP of the port. What is between the two,
 /// model and hand-over, has made energy of nothing where physics was done more work than the couplings did:
-///     E = sum over ticks of f . dp  -  sum over intervals of F . dP  <  0
+///     E = sum over ticks of g . dp  -  sum over intervals of G . dP  <  0
 /// Physics steps never create energy themselves (dynamics/step.h), and a coupling with an implicit spring does not; so
 /// the whole is passive, but for a loan L = kEnergyLoan once and for all, if E never falls below -L. A loan there must
 /// be, since physics, an implicit step, is ahead of the ticks by about V H / 2, so that E swings by about f V H / 2
@@ -36,9 +36,9 @@
 ///  by
 ///     E: the shifts of a tick are shortened so that E does not fall below -L by them.
 ///  2. What the ticks and the answer of physics differ by can leave E below -L. Then the ports yield to their wrenches,
-///     s = c f, which relaxes the springs and adds c |f|^2 > 0, until E is -L again, at most at kRelaxSpeed.
+///     s = c g, which relaxes the springs and adds c |g|^2 > 0, until E is -L again, at most at kRelaxSpeed.
 /// E starts at zero, rule 1 never lowers it below -L, and under rule 2 it rises while anything pushes; where nothing
-/// pushes no energy is exchanged. So sum f . dp >= sum F . dP - L - (what one interval was mistaken by): however long
+/// pushes no energy is exchanged. So sum g . dp >= sum G . dP - L - (what one interval was mistaken by): however long
 /// the hands play, what comes out of the doll beyond what they and physics put in is bounded by a constant.
 namespace layfigure::haptics {
 
@@ -79,12 +79,14 @@ class LocalDynamics {
   /// Before the first hand_over() nothing is felt.
   void tick(std::span<const CouplingTarget> targets, std::span<PortWrench> on_hands) noexcept;
 
-  /// The mean wrenches on the ports since the last call: what physics is to apply over the interval, one per pointer.
-  void end_interval(std::span<PortWrench> means) noexcept;
+  /// Ends an interval; the means over it of what acted on the doll's ports are what physics is to apply in it. They
+  /// stay until the next call.
+  [[nodiscard]] std::span<const PortLoad> end_interval() noexcept;
 
   [[nodiscard]] const HandOverLedger& ledger() const noexcept { return ledger_; }
   [[nodiscard]] Eigen::Vector3d position(int port) const noexcept { return ports_[port].position; }
   [[nodiscard]] const Eigen::Quaterniond& rotation(int port) const noexcept { return ports_[port].rotation; }
+  [[nodiscard]] dynamics::BodyVelocity velocity(int port) const noexcept;
   /// Complementarity problems so far that were not solved to the tolerance.
   [[nodiscard]] long unsolved() const noexcept { return unsolved_; }
 
@@ -99,16 +101,23 @@ class LocalDynamics {
     Vector6 offset{Vector6::Zero()};  ///< e, [turn; way]
   };
 
-  /// Of a pointer, since the last end_interval(), and over the one before.
+  /// Of a port, since the last end_interval(), and over the one before.
   struct Interval {
     Vector6 sum{Vector6::Zero()};                               ///< of the wrenches
-    Vector6 mean{Vector6::Zero()};                              ///< F, given to physics ...
+    Vector6 mean{Vector6::Zero()};                              ///< G, given to physics ...
     Eigen::Vector3d physics_position{Eigen::Vector3d::Zero()};  ///< ... which was here when it began
     Eigen::Quaterniond physics_rotation{Eigen::Quaterniond::Identity()};
   };
 
-  void account_physics() noexcept;
-  void take_ports(const LocalModel& before) noexcept;
+  struct Layout {
+    int pointers{0};
+    int ports{0};
+    std::array<int, kMostPorts> body{};
+  };
+
+  [[nodiscard]] int port_before(int port, const Layout& before) const noexcept;
+  void account_physics(const Layout& before) noexcept;
+  void take_ports(const Layout& before) noexcept;
   [[nodiscard]] Vector6 coupling_pull(int pointer, const CouplingTarget& target) const noexcept;
   void solve_contacts() noexcept;
   void move() noexcept;
@@ -119,12 +128,14 @@ class LocalDynamics {
   LocalModel model_;
   bool has_model_{false};
   std::array<PortState, kMostPorts> ports_;
-  std::array<Interval, kMostPointers> intervals_;
+  std::array<Interval, kMostPorts> intervals_;
+  std::array<PortLoad, kMostPorts> means_;
   int ticks_{0};         ///< since the last end_interval()
   bool pending_{false};  ///< an interval has been given to physics
   Rows way_;             ///< x
   Rows speed_;           ///< u
-  Rows wrench_;          ///< f
+  Rows pull_;            ///< f of the couplings
+  Rows wrench_;          ///< g
   Rows right_;
   ContactRows impulses_;
   ContactRows bias_;

@@ -24,7 +24,7 @@
 /// the local model is passive whatever the doll. Also M + H D + H^2 K = A^-1 exactly.
 /// With V the ports' velocities at the interval's beginning, u what they are beyond them and x the way that this makes,
 ///     M u' + D u + K x = f + A^-1 b,   x' = u,   u(0) = x(0) = 0
-/// where b is the acceleration that the trial step would have had without the wrenches f and the local contacts. So a
+/// where b is the acceleration that the trial step would have had without the wrenches f. So a
 /// constant f gives, in one implicit step of length H, the velocity V + H (b + A f), the physics step's own, whatever
 /// its K; a doll that coasts or rests stays so, to the last digit; and between the two the doll answers at once like
 /// the mass that is near to the hand, and after that like its joints.
@@ -59,15 +59,19 @@ struct PointerPort {
   dynamics::Port port;                                             ///< the held point
   Eigen::Quaterniond orientation{Eigen::Quaterniond::Identity()};  ///< R_BA of the held frame in the body's
   CouplingGains gains;
-  bool touches{false};  ///< the body is the pointer's own: its contacts are solved in the haptic tick
-  PortWrench applied;   ///< by its coupling in the trial step
+  bool touches{false};  ///< the body is the pointer's own, a root: the haptic tick moves it and solves its contacts
 };
 
-/// The wrenches of pointers as loads of a physics step that begins with `state`.
+/// What acts on a body of the doll from the haptic side: the mean of an interval.
+struct PortLoad {
+  dynamics::Port port;
+  PortWrench wrench;
+};
+
+/// The same as loads of a physics step that begins with `state`.
 class PortLoads : public dynamics::Loads {
  public:
-  void set(const dynamics::Model& model, const dynamics::State& state, std::span<const PointerPort> pointers,
-           std::span<const PortWrench> wrenches);
+  void set(const dynamics::Model& model, const dynamics::State& state, std::span<const PortLoad> loads);
   void add(double time, std::span<dynamics::BodyForce> forces) const override;
 
  private:
@@ -75,7 +79,7 @@ class PortLoads : public dynamics::Loads {
     int body;
     dynamics::BodyForce force;
   };
-  std::array<Load, kMostPointers> loads_{};
+  std::array<Load, kMostPorts> loads_{};
   int count_{0};
 };
 
@@ -102,6 +106,8 @@ struct LocalModel {
   double tick{0.0};  ///< h that `response` is for [s]
   double length{0.0};  ///< H [s]
   std::array<int, kMostPorts> body{};
+  std::array<bool, kMostPorts> own{};  ///< a touch pointer's own body: not known to physics but by what it touches
+  Numbers<3 * kMostPorts> point{};     ///< in the bodies' frames
   std::array<CouplingGains, kMostPointers> gains{};
   Numbers<3 * kMostPorts> position{};                 ///< of the ports' points
   Numbers<4 * kMostPorts> rotation{};                 ///< R_WA of the held frames, x y z w
@@ -122,9 +128,14 @@ struct LocalModel {
 struct TrialStep {
   const dynamics::State& before;                ///< the state that it began with
   dynamics::Workspace& workspace;               ///< that it was made in
-  std::span<const dynamics::Contact> contacts;  ///< of its inputs
+  std::span<const PortLoad> loads;              ///< that acted in it, beside what the doll's own scene has
+  std::span<const dynamics::Contact> contacts;  ///< of touch pointers' bodies, left out of it
   double length;                                ///< H [s]
 };
+
+/// Puts a touch pointer's own body, a root, where the haptic tick has moved it.
+void put_body(const dynamics::Model& model, int body, const Eigen::Quaterniond& rotation,
+              const Eigen::Vector3d& position, const dynamics::BodyVelocity& velocity, dynamics::State& state);
 
 /// Makes local models on the physics thread.
 class LocalModeler {
