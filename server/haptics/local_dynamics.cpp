@@ -1,6 +1,8 @@
 #include "layfigure/haptics/local_dynamics.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "layfigure/dynamics/constraints.h"
 #include "layfigure/math/rotation.h"
@@ -60,6 +62,7 @@ void LocalDynamics::account_physics(const Layout& before) noexcept {
     interval.physics_position = position;
     interval.physics_rotation = rotation;
   }
+  if (pending_) ledger_.energy += given_;
   pending_ = false;
   ledger_.lowest = std::min(ledger_.lowest, ledger_.energy);
 }
@@ -166,7 +169,7 @@ void LocalDynamics::move() noexcept {
   for (int k = 0; k < model_.ports; ++k) {
     const Vector6 way = right_.segment<6>(6 * k);
     move_by(ports_[k], way);
-    if (!model_.own[k]) ledger_.energy += wrench_.segment<6>(6 * k).dot(way);
+    if (!model_.own[k]) moved_ += wrench_.segment<6>(6 * k).dot(way);
   }
 }
 
@@ -239,15 +242,43 @@ void LocalDynamics::tick(std::span<const CouplingTarget> targets, std::span<Port
   shift();
 }
 
+/// r of rule 1.
+double LocalDynamics::affordable_share() const noexcept {
+  const int size = model_.rows();
+  const double H = model_.length;
+  const ConstMatrix compliance(model_.compliance.data(), size, size);
+  Rows means = Rows::Zero(size);
+  for (int k = 0; k < model_.ports; ++k) {
+    if (!model_.own[k]) means.segment<6>(6 * k) = intervals_[k].mean;
+  }
+  Rows change(size);
+  change.noalias() = compliance * ConstRows(model_.drift.data(), size);
+  const double linear = H * means.dot(ConstRows(model_.velocity.data(), size) + H * change);
+  change.noalias() = compliance * means;
+  const double square = H * H * means.dot(change);
+  const double budget = ledger_.energy + given_ + kEnergyLoan;
+  if (linear + square <= budget) return 1.0;
+  if (!(square > 0.0)) return budget > 0.0 ? std::clamp(budget / linear, 0.0, 1.0) : 0.0;
+  // The larger root of square r^2 + linear r = budget; where there is none, the least.
+  const double under = linear * linear + 4.0 * square * budget;
+  return std::clamp((std::sqrt(std::max(under, 0.0)) - linear) / (2.0 * square), 0.0, 1.0);
+}
+
 std::span<const PortLoad> LocalDynamics::end_interval() noexcept {
-  std::size_t count = 0;
   for (int k = 0; k < model_.ports; ++k) {
     Interval& interval = intervals_[k];
     interval.mean = ticks_ > 0 ? Vector6(interval.sum / ticks_) : Vector6::Zero();
     interval.sum.setZero();
-    if (model_.own[k] || (k >= model_.pointers && interval.mean.isZero(0.0))) continue;
+  }
+  given_ = std::exchange(moved_, 0.0);
+  const double share = affordable_share();
+  std::size_t count = 0;
+  for (int k = 0; k < model_.ports; ++k) {
+    Vector6& mean = intervals_[k].mean;
+    mean *= share;
+    if (model_.own[k] || (k >= model_.pointers && mean.isZero(0.0))) continue;
     means_[count++] = {.port = {.body = model_.body[k], .point = Vector3d(model_.point.data() + 3 * k)},
-                       .wrench = {.force = interval.mean.tail<3>(), .torque = interval.mean.head<3>()}};
+                       .wrench = {.force = mean.tail<3>(), .torque = mean.head<3>()}};
   }
   ticks_ = 0;
   pending_ = has_model_;

@@ -232,6 +232,7 @@ void LocalModeler::Data::find_response(LocalModel& result) {
   cholesky.compute(implicit);
   inverse.setIdentity(result.rows(), result.rows());
   cholesky.solveInPlace(inverse);
+  store(response.matrix(), result.compliance);
   store(inertial, result.mass);
   store(spring, result.spring);
   store(inverse, result.response);

@@ -190,11 +190,11 @@ TEST(LocalDynamics, TouchThatLeaves_DropsOutAtOnce) {
   double pull = 0.0;
   while (rig.time() < 0.7) {
     const Vector3d felt = rig.tick(hand)[0].force;
-    if (rig.time() > 0.52) pull = std::max(pull, felt.norm());
+    if (rig.time() > 0.6) pull = std::max(pull, felt.norm());
   }
-  // The ball's own mass, 0.05 kg, is all that is moved: nothing sticks.
+  // The ball's own mass, 0.05 kg, is all that is moved, and has come to rest: nothing sticks.
   EXPECT_NEAR(rig.local().position(0).z(), home.position.z() + 0.01, 1e-3);
-  EXPECT_LE(pull, 2.5);
+  EXPECT_LE(pull, 0.5);
   EXPECT_EQ(rig.local().unsolved(), 0);
 }
 

@@ -29,17 +29,23 @@
 ///     E = sum over ticks of g . dp  -  sum over intervals of G . dP  <  0
 /// Physics steps never create energy themselves (dynamics/step.h), and a coupling with an implicit spring does not; so
 /// the whole is passive, but for a loan L = kEnergyLoan once and for all, if E never falls below -L. A loan there must
-/// be, since physics, an implicit step, is ahead of the ticks by about V H / 2, so that E swings by about f V H / 2
-/// with nothing being lost. Two rules see to the rest, for the sum over all pointers (energy may pass from one hand to
+/// be, since physics, an implicit step, is ahead of the ticks by about V H / 2, so that E swings by about g V H / 2
+/// with nothing being lost. Three rules see to the rest, for the sum over all ports (energy may pass from one hand to
 /// the other through the doll):
-///  1. A shift does the work f . s. Where that is negative, it stretches the coupling's spring and has to be paid for
+///  1. What physics will be done is foreseen when an interval ends: with the means r G it is
+///         W(r) = r G . H (V + H A (drift + r G)),   convex in r, and zero at r = 0
+///     The largest r <= 1 with E - W(r) >= -L is taken, so that what physics makes of the interval is paid for; r < 1
+///     is a push that the doll loses, seldom and little.
+///  2. A shift does the work g . s. Where that is negative, it stretches the coupling's spring and has to be paid for
 ///  by
 ///     E: the shifts of a tick are shortened so that E does not fall below -L by them.
-///  2. What the ticks and the answer of physics differ by can leave E below -L. Then the ports yield to their wrenches,
-///     s = c g, which relaxes the springs and adds c |g|^2 > 0, until E is -L again, at most at kRelaxSpeed.
-/// E starts at zero, rule 1 never lowers it below -L, and under rule 2 it rises while anything pushes; where nothing
-/// pushes no energy is exchanged. So sum g . dp >= sum G . dP - L - (what one interval was mistaken by): however long
-/// the hands play, what comes out of the doll beyond what they and physics put in is bounded by a constant.
+///  3. Physics may do otherwise than foreseen (contacts, yield) and leave E below -L. Then the ports yield to their
+///     wrenches, s = c g, which relaxes the springs and adds c |g|^2 > 0, until E is -L again, at most at kRelaxSpeed.
+/// The two sums of an interval are booked together, when physics has answered; shifts are booked at once.
+/// E starts at zero; rules 1 and 2 do not lower it below -L, and under rule 3 it rises while anything pushes; where
+/// nothing pushes no energy is exchanged. So sum g . dp >= sum G . dP - L - (what one interval was mistaken by):
+/// however long the hands play, what comes out of the doll beyond what they and physics put in is bounded by a
+/// constant.
 namespace layfigure::haptics {
 
 /// Where the device wants its pointer's port, world.
@@ -61,8 +67,8 @@ inline constexpr double kEnergyLoan = 2.5e-4;
 struct HandOverLedger {
   double energy{0.0};     ///< E
   double lowest{0.0};     ///< the least that it has been
-  double relaxed{0.0};    ///< given back by rule 2
-  double held_back{0.0};  ///< not spent by rule 1
+  double relaxed{0.0};    ///< given back by rule 3
+  double held_back{0.0};  ///< not spent by rule 2
 };
 
 /// Allocates in its constructor only; its functions lock, log and throw nothing. Not thread-safe. A tick costs
@@ -118,6 +124,7 @@ class LocalDynamics {
   [[nodiscard]] int port_before(int port, const Layout& before) const noexcept;
   void account_physics(const Layout& before) noexcept;
   void take_ports(const Layout& before) noexcept;
+  [[nodiscard]] double affordable_share() const noexcept;
   [[nodiscard]] Vector6 coupling_pull(int pointer, const CouplingTarget& target) const noexcept;
   void solve_contacts() noexcept;
   void move() noexcept;
@@ -131,6 +138,8 @@ class LocalDynamics {
   std::array<Interval, kMostPorts> intervals_;
   std::array<PortLoad, kMostPorts> means_;
   int ticks_{0};         ///< since the last end_interval()
+  double moved_{0.0};    ///< g . dp since the last end_interval(), but for shifts
+  double given_{0.0};    ///< the same of the interval before
   bool pending_{false};  ///< an interval has been given to physics
   Rows way_;             ///< x
   Rows speed_;           ///< u

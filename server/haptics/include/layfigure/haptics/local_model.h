@@ -109,13 +109,14 @@ struct LocalModel {
   std::array<bool, kMostPorts> own{};  ///< a touch pointer's own body: not known to physics but by what it touches
   Numbers<3 * kMostPorts> point{};     ///< in the bodies' frames
   std::array<CouplingGains, kMostPointers> gains{};
-  Numbers<3 * kMostPorts> position{};                 ///< of the ports' points
-  Numbers<4 * kMostPorts> rotation{};                 ///< R_WA of the held frames, x y z w
-  Numbers<kMostPortRows> velocity{};                  ///< V
-  Numbers<kMostPortRows> drift{};                     ///< A^-1 b
-  Numbers<kMostPortRows * kMostPortRows> mass{};      ///< M
-  Numbers<kMostPortRows * kMostPortRows> spring{};    ///< K
-  Numbers<kMostPortRows * kMostPortRows> response{};  ///< S = (M + h D + h^2 K + h (h K_c + B_c))^-1
+  Numbers<3 * kMostPorts> position{};                   ///< of the ports' points
+  Numbers<4 * kMostPorts> rotation{};                   ///< R_WA of the held frames, x y z w
+  Numbers<kMostPortRows> velocity{};                    ///< V
+  Numbers<kMostPortRows> drift{};                       ///< A^-1 b
+  Numbers<kMostPortRows * kMostPortRows> compliance{};  ///< A
+  Numbers<kMostPortRows * kMostPortRows> mass{};        ///< M
+  Numbers<kMostPortRows * kMostPortRows> spring{};      ///< K
+  Numbers<kMostPortRows * kMostPortRows> response{};    ///< S = (M + h D + h^2 K + h (h K_c + B_c))^-1
   std::array<LocalContact, kMostContacts> contact{};
   Numbers<kMostPortRows * kMostContactRows> contact_jacobian{};     ///< J_c^T
   Numbers<kMostPortRows * kMostContactRows> contact_response{};     ///< S J_c^T
