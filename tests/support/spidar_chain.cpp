@@ -128,9 +128,9 @@ bool chain_wall_holds(const spidar::Geometry& geometry, const SpidarChain::Optio
 }
 
 double largest_stiffness(const std::function<bool(double)>& holds) {
-  constexpr double kLeast = 100.0;
+  constexpr double kLeast = 1000.0;
   constexpr double kMost = 60'000.0;
-  constexpr double kRung = 1.03;
+  constexpr double kRung = 1.01;
   double reached = 0.0;
   for (double stiffness = kLeast; stiffness <= kMost && holds(stiffness); stiffness *= kRung) reached = stiffness;
   return reached;

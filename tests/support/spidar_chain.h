@@ -88,7 +88,8 @@ enum class Press {
 [[nodiscard]] bool chain_wall_holds(const spidar::Geometry& geometry, const SpidarChain::Options& options, Press press,
                                     double stiffness, double damping);
 
-/// The largest stiffness up to which `holds` is true on a ladder of steps of 3 % [N/m]; 0 where it never is.
+/// The largest stiffness up to which `holds` is true on a ladder of steps of 1 % from 1 kN/m [N/m]; 0 where
+/// it never is.
 [[nodiscard]] double largest_stiffness(const std::function<bool(double)>& holds);
 
 }  // namespace layfigure::testing

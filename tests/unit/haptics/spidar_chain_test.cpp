@@ -9,8 +9,7 @@ namespace {
 constexpr double kCount = 16.66e-6;
 
 TEST(IdealWall, LargestStiffness_IsThatOfTheReference) {
-  // Reference figures to two digits; a rung of the ladder is 3 %, and what counts as the largest depends on how the
-  // wall is met.
+  // Reference figures to two digits; near its border stability comes and goes with how the wall is met.
   constexpr double kAgree = 0.08;
   const auto largest = [](double rate) {
     return largest_stiffness([rate](double k) { return ideal_wall_holds(k, rate, kCount); });
