@@ -134,7 +134,7 @@ void tell_whole_step(const std::string& name, const scene::SceneDefinition& defi
                      long ticks, std::vector<Figure>& figures) {
   scene::Scene scene(definition);
   dynamics::State state = start;
-  constexpr double kSettling = 0.5;
+  constexpr double kSettling = 3.0;
   for (int k = 0; k < static_cast<int>(kSettling * kPhysicsRate); ++k) {
     (void)scene.step(state, {}, {.step = 1.0 / kPhysicsRate});
   }
