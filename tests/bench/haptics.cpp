@@ -24,13 +24,12 @@ const HapticsEffort kQuick{.contacts = 1000,
                            .frequencies = {4.0},
                            .ticks = 2000};
 
-void write_walls(const std::vector<WallPoint>& points, const std::string& path) {
+void write_walls(const std::vector<WallPoint>& points, const std::string& path, std::ofstream& file) {
   auto list = nlohmann::ordered_json::array();
   for (const WallPoint& point : points) {
     list.push_back(
         {{"rate_hz", point.rate_hz}, {"hand", point.hand}, {"damping", point.damping}, {"stiffness", point.stiffness}});
   }
-  std::ofstream file(path);
   file << list.dump(1) << "\n";
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
@@ -39,10 +38,13 @@ void write_walls(const std::vector<WallPoint>& points, const std::string& path) 
 
 void haptics(const HapticsOptions& options) {
   const HapticsEffort& effort = options.quick ? kQuick : kWhole;
+  std::ofstream map;
+  if (!options.z_width.empty()) map.open(options.z_width);
+  if (!map) throw std::runtime_error(options.z_width + ": cannot be written");
   std::vector<Figure> figures;
   tell_device(effort, figures);
   const std::vector<WallPoint> walls = tell_walls(effort, figures);
-  if (!options.z_width.empty()) write_walls(walls, options.z_width);
+  if (!options.z_width.empty()) write_walls(walls, options.z_width, map);
   tell_energy(effort, figures);
   tell_felt(effort, figures);
   tell_rest(effort, figures);
