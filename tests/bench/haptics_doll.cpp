@@ -206,7 +206,8 @@ void tell_tick_times(const HapticsEffort& effort, std::vector<Figure>& figures) 
     tell_whole_step("chain-" + std::to_string(links), {.model = chain.definition, .shapes = {}, .excluded = {}},
                     start_of(chain.definition), steps, figures);
   }
-  const scene::SceneDefinition fallen = testing::capsule_doll(0.5, INFINITY);
+  constexpr double kHeight = 1.0;  // the legs are 0.78 m long
+  const scene::SceneDefinition fallen = testing::capsule_doll(kHeight, INFINITY);
   tell_whole_step("capsule doll on a floor", fallen, start_of(fallen.model), std::max(effort.ticks / 100, 100L),
                   figures);
 }
