@@ -46,6 +46,8 @@ class ConstraintSet {
   void accept(double fraction, bool first);
 
   [[nodiscard]] const std::vector<ConstraintMemory>& memory() const { return memory_; }
+  /// The last sub-step's, with what they exerted.
+  [[nodiscard]] std::span<const ConstraintBlock> blocks() const { return blocks_; }
   [[nodiscard]] const ConstraintReport& report() const { return report_; }
   [[nodiscard]] const Eigen::Vector3d& contact_force(int index) const { return contact_forces_[index]; }
   [[nodiscard]] const BodyForce& tie_force(int index) const { return tie_forces_[index]; }

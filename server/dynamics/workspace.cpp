@@ -88,6 +88,7 @@ Eigen::Quaterniond Workspace::Data::orientation_of(int carrier) const {
 
 SolveReport Workspace::Data::base_step(const StepContext& context) {
   const int count = static_cast<int>(context.copies.size());
+  factored_version = count == 1 ? groups.version() : kNoFactors;
   if (count == 1 && goes_narrow) return dynamics::base_step(context, narrow, narrow_nodes);
   return dynamics::base_step(context, plans[count - 1], nodes);
 }

@@ -58,6 +58,8 @@ struct Workspace::Data {
   GroupInputs group_inputs;
   bool flows{false};  ///< some joint can flow
   int finest{0};      ///< copy of the last step whose coupling forces count
+  static constexpr int kNoFactors = -1;
+  int factored_version{kNoFactors};  ///< of the groups that the factors in the nodes of one copy are for
 
  private:
   void arrange(const Model& model, int count);

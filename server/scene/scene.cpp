@@ -118,6 +118,7 @@ struct Scene::Data {
   void move(dynamics::State& state, double h);
   void place();
   void collect_contacts();
+  [[nodiscard]] bool is_apart(int body) const;
   void add_contact(const collision::ContactPoint& point);
   [[nodiscard]] double pad_of(const collision::ContactPoint& point) const;
 
@@ -133,6 +134,8 @@ struct Scene::Data {
   std::vector<dynamics::Contact> contacts;
   std::vector<int> first_contact;                ///< of each point of the world, and the end
   std::vector<std::pair<int, int>> let_through;  ///< sorted
+  std::vector<int> apart;  ///< bodies whose contacts are left out
+  std::vector<dynamics::Contact> left_out;
 };
 
 /// The world's poses are those of `poses`.
@@ -159,22 +162,26 @@ double Scene::Data::pad_of(const collision::ContactPoint& point) const {
   return std::max(pads[point.body_a], point.body_b == collision::kWorldBody ? 0.0 : pads[point.body_b]);
 }
 
+bool Scene::Data::is_apart(int body) const { return std::find(apart.begin(), apart.end(), body) != apart.end(); }
+
 void Scene::Data::add_contact(const collision::ContactPoint& point) {
   if (std::binary_search(let_through.begin(), let_through.end(), ordered(point.body_a, point.body_b))) return;
+  std::vector<dynamics::Contact>& target = is_apart(point.body_a) || is_apart(point.body_b) ? left_out : contacts;
   const double pad = pad_of(point);
   if (pad == 0.0) {
-    contacts.push_back(contact_of(point, poses, Eigen::Vector3d::Zero()));
+    target.push_back(contact_of(point, poses, Eigen::Vector3d::Zero()));
     return;
   }
   std::uint64_t name = 0;
   for (const Eigen::Vector3d& direction : around(point.normal_W)) {
-    contacts.push_back(contact_of(point, poses, pad * direction));
-    contacts.back().key += name++;
+    target.push_back(contact_of(point, poses, pad * direction));
+    target.back().key += name++;
   }
 }
 
 void Scene::Data::collect_contacts() {
   contacts.clear();
+  left_out.clear();
   first_contact.clear();
   for (const collision::ContactPoint& point : world.contacts()) {
     first_contact.push_back(static_cast<int>(contacts.size()));
@@ -246,6 +253,10 @@ double Scene::depth_of(const dynamics::State& state, int body) {
   data.world.forget();
   return deepest;
 }
+
+void Scene::leave_contacts_out(std::vector<int> bodies) { data_->apart = std::move(bodies); }
+std::span<const dynamics::Contact> Scene::left_out() const { return data_->left_out; }
+dynamics::Workspace& Scene::workspace() { return data_->workspace; }
 
 void Scene::forget() { data_->world.forget(); }
 

@@ -54,6 +54,13 @@ int main(int argc, char** argv) {
   skip->add_flag("--json", saving.json, kJsonHelp);
   skip->callback([&] { bench::skip(saving); });
 
+  bench::HapticsOptions feel;
+  auto* haptics = app.add_subcommand("haptics", "what the haptics are held to, with the simulated device");
+  haptics->add_flag("--quick", feel.quick, "smaller counts: seconds instead of many minutes");
+  haptics->add_option("--z-width", feel.z_width, "write the stiffness and damping of stable walls to this file (JSON)");
+  haptics->add_flag("--json", feel.json, kJsonHelp);
+  haptics->callback([&] { bench::haptics(feel); });
+
   bench::StressOptions ordeal;
   auto* stress = app.add_subcommand("stress", "random scenes: time, and how many steps needed help");
   stress->add_option("--scenes", ordeal.scenes, "how many")->check(CLI::Range(1, 1'000'000'000))->capture_default_str();

@@ -38,6 +38,15 @@ struct SkipOptions {
 /// welded joints, limits and contacts that are far.
 void skip(const SkipOptions& options);
 
+struct HapticsOptions {
+  bool quick{false};    ///< smaller counts
+  std::string z_width;  ///< file for the map of stable walls (JSON); empty: none
+  bool json{false};
+};
+/// What the haptics are held to, with the simulated device: pose, tensions, stable walls, energy, what is felt of a
+/// doll against the full model, and the times of ticks. Throws std::runtime_error if the file cannot be written.
+void haptics(const HapticsOptions& options);
+
 struct StressOptions {
   int scenes{10'000};  ///< of the stress test's random scenes, from seed 0 on
   bool json{false};

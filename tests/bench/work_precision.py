@@ -1,8 +1,8 @@
 """Work-precision beside other engines: CPU time against error on the same scenes, scenes with a floor, costs.
 
-Writes results.json, results.csv, floor.json, floor.csv, cost.json, figures.json, table.md, work_precision.png,
-floor.png and cost.png; on demand the README's section too. Peers whose Python package is absent are left out, with a
-line that says so.
+Writes results.json, results.csv, floor.json, floor.csv, cost.json, figures.json, z_width.json, table.md,
+work_precision.png, floor.png, cost.png and z_width.png; on demand the README's section too. Peers whose Python package
+is absent are left out, with a line that says so.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from layfigure_bench.scenes import Scene, load, made_scenes, save
 
 STORED_SCENES = Path(__file__).resolve().parent.parent / "data" / "scenes"
 DOLL = "doll-52"
+# The map of stable walls, which layfigure-bench writes itself.
+Z_WIDTH = "z_width.json"
 # Over an impact every order is base steps: one above the first shows what it costs.
 FLOOR_ORDERS = ORDERS[:2]
 # Module of the peer, and the package that it needs.
@@ -54,7 +56,7 @@ FULL = Effort(
     reference_limit_s=8.0,
     floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(6)],
     floor_limit_s=5.0,
-    subjects={"cost": (), "contact": (), "skip": (), "stress": ()},
+    subjects={"cost": (), "contact": (), "skip": (), "haptics": (), "stress": ()},
 )
 QUICK = Effort(
     step_lengths(6, 4.0),
@@ -63,7 +65,13 @@ QUICK = Effort(
     reference_limit_s=0.6,
     floor_lengths=[1.0 / 60.0, 1.0 / 240.0, 1.0 / 960.0],
     floor_limit_s=0.2,
-    subjects={"cost": (), "contact": ("--rows", "24"), "skip": (), "stress": ("--scenes", "200")},
+    subjects={
+        "cost": (),
+        "contact": ("--rows", "24"),
+        "skip": (),
+        "haptics": ("--quick",),
+        "stress": ("--scenes", "200"),
+    },
 )
 
 
@@ -119,7 +127,7 @@ def measure_floors(doll: Scene, peers: Sequence[Engine], programs: Path, effort:
     return results
 
 
-def measure(programs: Path, effort: Effort) -> tuple[report.Results, dict[str, str]]:
+def measure(programs: Path, effort: Effort, out: Path) -> tuple[report.Results, dict[str, str]]:
     local, versions = python_peers()
     peers = [bullet_engine(programs), *local]
     stored = {scene.name: scene for scene in map(load, sorted(STORED_SCENES.glob("*.json")))}
@@ -131,7 +139,9 @@ def measure(programs: Path, effort: Effort) -> tuple[report.Results, dict[str, s
     with tempfile.TemporaryDirectory() as folder:
         costs = cost.measure_costs([doll, *cost.chains()], programs, Path(folder))
     print(f"work_precision: {', '.join(effort.subjects)}", flush=True)
-    figures = subjects.run_subjects(programs, effort.subjects)
+    out.mkdir(parents=True, exist_ok=True)
+    haptics = (*effort.subjects["haptics"], "--z-width", str(out / Z_WIDTH))
+    figures = subjects.run_subjects(programs, {**effort.subjects, "haptics": haptics})
     return report.Results(scenes, floors, costs, figures), versions
 
 
@@ -148,6 +158,7 @@ def write(results: report.Results, versions: dict[str, str], out: Path) -> None:
     plots.draw_floor(results.floors, out / "floor.png")
     solutions = subjects.solutions(results.figures.get("contact", []))
     plots.draw_cost(results.costs, solutions, out / "cost.png")
+    plots.draw_z_width(subjects.load_walls(out / Z_WIDTH), out / "z_width.png")
 
 
 def main() -> int:
@@ -164,7 +175,7 @@ def main() -> int:
     if (arguments.readme is None) != (arguments.pictures is None):
         parser.error("--readme and --pictures go together")
     try:
-        results, versions = measure(arguments.programs, QUICK if arguments.quick else FULL)
+        results, versions = measure(arguments.programs, QUICK if arguments.quick else FULL, arguments.out)
         write(results, versions, arguments.out)
         if arguments.readme is not None:
             readme.refresh(arguments.readme, arguments.pictures, results, arguments.out)

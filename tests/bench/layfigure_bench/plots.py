@@ -1,4 +1,4 @@
-"""The diagrams: error against CPU time, a panel for each scene; the scenes with a floor; costs against sizes.
+"""The diagrams: error against CPU time, a panel for each scene; the scenes with a floor; costs against sizes; walls.
 
 Made to be read at the width of a README.
 """
@@ -21,7 +21,7 @@ from layfigure_bench.cost import CostPoint
 from layfigure_bench.floor import FloorPoint, FloorResult
 from layfigure_bench.programs import ORDERS, OWN
 from layfigure_bench.report import SceneResult
-from layfigure_bench.subjects import Solution
+from layfigure_bench.subjects import Solution, Wall
 
 COLUMNS = 4
 WIDTH_IN = 12.0
@@ -49,6 +49,9 @@ SOLVER_STYLES = {
     ("frictionless", "Bullet Gauss-Seidel, 10 sweeps"): ("Bullet Gauss-Seidel (10), frictionless", "#e69f00", "^"),
 }
 LARGEST_ERROR = 10.0
+# Stable stiffness of the ideal wall with steps of 16.7 um by the rate [N/m], and each rate's colour.
+IDEAL_WALLS = {1000.0: 2700.0, 4000.0: 5900.0, 10_000.0: 9400.0}
+RATE_COLORS = {1000.0: "#e69f00", 4000.0: "#009e73", 10_000.0: "#0072b2"}
 AnyPoint = TypeVar("AnyPoint", Point, FloorPoint)
 UNKNOWN = "below the reference's own change"
 
@@ -174,3 +177,23 @@ def draw_solutions(axes: Axes, found: Sequence[Solution]) -> None:
     axes.set_title("a contact problem (hollow: not solved)", fontsize=10)
     axes.set_xlabel("rows")
     axes.set_ylabel("CPU time [us]")
+
+
+def draw_z_width(walls: Sequence[Wall], path: Path) -> None:
+    """Stable stiffness against damping, with a hand and without, beside the ideal wall."""
+    mpl.use("Agg")
+    figure = Figure(figsize=(WIDTH_IN, 4.2), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, hand in zip(panels, (True, False), strict=True):
+        for rate, color in RATE_COLORS.items():
+            line = [w for w in walls if (w.rate_hz, w.hand) == (rate, hand)]
+            label = f"{rate / 1e3:g} kHz"
+            axes.plot([w.damping for w in line], [w.stiffness / 1e3 for w in line], "o-", color=color, label=label)
+            axes.axhline(IDEAL_WALLS[rate] / 1e3, color=color, linestyle=":", label=f"{label}, ideal wall")
+        axes.set_title("pressed by a hand" if hand else "pressed by an elastic band, no hand", fontsize=10)
+        axes.set_xlabel("damping of the wall [N s/m]")
+        axes.set_yscale("log")
+        add_grid(axes)
+    panels[0].set_ylabel("largest stable stiffness [kN/m]")
+    panels[0].legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=DPI)

@@ -51,6 +51,20 @@ def _number(value: object) -> float:
 
 
 @dataclass(frozen=True)
+class Wall:
+    """The stiffest wall of a damping that the whole haptic chain renders stably."""
+
+    rate_hz: float
+    hand: bool  # pressed by a hand, or by an elastic band
+    damping: float
+    stiffness: float
+
+
+def load_walls(path: Path) -> list[Wall]:
+    return [Wall(**item) for item in json.loads(path.read_text(encoding="utf-8"))]
+
+
+@dataclass(frozen=True)
 class Solution:
     """How a solver did on one contact problem."""
 

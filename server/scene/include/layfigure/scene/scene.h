@@ -75,7 +75,7 @@ class Scene {
 
   /// Those of the last step, as they were at its beginning: touching, or near enough to touch within it.
   [[nodiscard]] std::span<const collision::ContactPoint> contacts() const;
-  /// What contact `index` exerted on its body a, world [N]; a pad's whole force.
+  /// What contact `index` exerted on its body a, world [N]; a pad's whole force; zero if it was left out.
   [[nodiscard]] Eigen::Vector3d contact_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& coupling_force(int index) const;
   [[nodiscard]] const dynamics::BodyForce& tie_force(int index) const;
@@ -87,6 +87,14 @@ class Scene {
 
   /// How deep the body lies in others in this state [m]; 0: not at all. As forget() beside it; O(n).
   [[nodiscard]] double depth_of(const dynamics::State& state, int body);
+
+  /// Contacts of these bodies are found and told, but exert nothing: whoever moves the bodies solves them.
+  void leave_contacts_out(std::vector<int> bodies);
+  /// Those that the last step left out, as it would have taken them.
+  [[nodiscard]] std::span<const dynamics::Contact> left_out() const;
+
+  /// What steps are made in: for dynamics/ports.h.
+  [[nodiscard]] dynamics::Workspace& workspace();
 
   /// Drops what contacts remember from step to step: what follows depends on the state alone, bit for bit.
   void forget();

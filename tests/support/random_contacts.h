@@ -1,0 +1,21 @@
+#pragma once
+
+/// Hands that play with dolls at random, and the energy that comes of it.
+namespace layfigure::testing {
+
+struct ContactEnergy {
+  long contacts{0};              ///< that began
+  double taken_in{0.0};          ///< net work of the hands on what is rendered [J]
+  double lowest_hand_over{0.0};  ///< the lowest state of the hand-over's ledger [J]
+  double largest_force{0.0};     ///< on a hand [N]
+  long unsolved{0};              ///< complementarity problems of ticks
+};
+
+/// A ball taps a limb and rubs along it at random places, depths, speeds and stiffnesses, until there have been so many
+/// contacts. The same each time.
+[[nodiscard]] ContactEnergy run_random_contacts(long contacts, double physics_hz, double haptic_hz);
+
+/// A hand that shakes the doll of 52 joints by the wrist, at a frequency [Hz] and amplitude [m], for so long [s].
+[[nodiscard]] ContactEnergy shake_doll(double frequency, double physics_hz, double amplitude, double duration);
+
+}  // namespace layfigure::testing

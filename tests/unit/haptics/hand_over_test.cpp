@@ -1,0 +1,33 @@
+// The energy of the hand-over between haptic ticks and physics.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "random_contacts.h"
+
+namespace layfigure::haptics {
+namespace {
+
+// What the haptics are held to [J].
+constexpr double kDeepestDip = 1e-3;
+
+TEST(HandOver, RandomContacts_MakeNoEnergy) {
+  for (const double physics_hz : {100.0, 500.0}) {
+    const testing::ContactEnergy found = testing::run_random_contacts(500, physics_hz, 1000.0);
+    EXPECT_GE(found.contacts, 500);
+    EXPECT_GE(found.taken_in, 0.0) << "the hand gets out no more than it put in";
+    EXPECT_GE(found.lowest_hand_over, -kDeepestDip);
+    EXPECT_EQ(found.unsolved, 0);
+  }
+}
+
+TEST(HandOver, WildHandOnSlowPhysics_IsPaidBack) {
+  // Far more than the physics resolves: the doll sways at a fifth of its rate.
+  const testing::ContactEnergy found = testing::shake_doll(10.0, 50.0, 5e-3, 20.0);
+  EXPECT_GE(found.taken_in, 0.0);
+  EXPECT_TRUE(std::isfinite(found.largest_force));
+  EXPECT_LE(found.largest_force, 20.0);
+}
+
+}  // namespace
+}  // namespace layfigure::haptics
