@@ -112,13 +112,6 @@ def node_cycle(folder: Path) -> Path:
     return write_glb(folder / "cycle.glb", *triangle(nodes, [1, 2]))
 
 
-def skin_without_binds(folder: Path) -> Path:
-    """Sound glTF, but assimp 5.2 crashes on it."""
-    document, data = triangle([{"mesh": 0, "skin": 0, "children": [1]}, {"name": "bone"}], [1])
-    del document["skins"][0]["inverseBindMatrices"]
-    return write_glb(folder / "no_binds.glb", document, data)
-
-
 def deep_json(folder: Path) -> Path:
     depth = 1_000_000
     path = folder / "deep.gltf"
@@ -253,7 +246,6 @@ FILES: list[Callable[[Path], Path]] = [
     deep_chain,
     many_joints,
     node_cycle,
-    skin_without_binds,
     deep_json,
     huge_counts,
     sparse_bomb,

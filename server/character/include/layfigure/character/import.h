@@ -15,7 +15,7 @@ class ImportError : public std::runtime_error {
 };
 
 /// Reads a rigged character from any format that assimp reads with its bones: glTF, FBX, Collada, X, MD5, SMD, MDL,
-/// B3D, MS3D, M3D, Ogre XML and others.
+/// B3D, MS3D, Ogre XML and others (Debian's assimp 5.2 lacks M3D, and reads no skeleton of an IQM).
 ///
 /// Axes and units. glTF is in metres, Y up. Of an FBX the unit and the up axis come from its metadata, of a Collada
 /// file from its header. The other formats have no unit: SMD, MDL and MD5 are taken as inches, all others as metres;
