@@ -31,6 +31,25 @@ std::string without_space_before_texts(std::string text) {
   return text;
 }
 
+/// Gives each skin its bind_shape_matrix, which is the first of what a skin holds.
+std::string with_bind_shapes(const std::string& text) {
+  constexpr std::string_view kSkin = "<skin ";
+  constexpr std::string_view kMatrix = "<bind_shape_matrix";
+  constexpr std::string_view kIdentity = "<bind_shape_matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix>";
+  std::string result;
+  std::size_t copied = 0;
+  for (std::size_t at = text.find(kSkin); at != std::string::npos; at = text.find(kSkin, at + 1)) {
+    const std::size_t end = text.find('>', at);
+    if (end == std::string::npos) break;
+    std::size_t next = end + 1;
+    while (next < text.size() && is_space(text[next])) ++next;
+    if (text[end - 1] == '/' || text.compare(next, kMatrix.size(), kMatrix) == 0) continue;
+    result.append(text, copied, end + 1 - copied).append(kIdentity);
+    copied = end + 1;
+  }
+  return copied == 0 ? text : result.append(text, copied, std::string::npos);
+}
+
 std::size_t count_of(std::string_view text, std::string_view word) {
   std::size_t count = 0;
   for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + word.size())) ++count;
@@ -136,7 +155,7 @@ std::string mend_glb(std::string bytes) {
 std::string mend_source(std::string bytes, std::string_view extension) {
   std::string ending(extension);
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending == ".dae") return without_space_before_texts(std::move(bytes));
+  if (ending == ".dae") return with_bind_shapes(without_space_before_texts(std::move(bytes)));
   if (ending == ".glb") return mend_glb(std::move(bytes));
   if (ending != ".gltf") return bytes;
   std::string mended = with_binds(bytes);

@@ -24,6 +24,16 @@ TEST(MendSource, ColladaTextsWithSpaceBefore_LoseIt) {
   EXPECT_EQ(mend_source("", ".dae"), "");
 }
 
+TEST(MendSource, ColladaSkinsWithoutBindShape_GetTheIdentity) {
+  const std::string identity = "<bind_shape_matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix>";
+  const std::string bound = "<skin source=\"#b\">\n <bind_shape_matrix>2</bind_shape_matrix></skin>";
+  EXPECT_EQ(mend_source("<a><skin source=\"#a\"><j/></skin>" + bound + "<skin x=\"\"></skin></a>", ".dae"),
+            "<a><skin source=\"#a\">" + identity + "<j/></skin>" + bound + "<skin x=\"\">" + identity + "</skin></a>");
+  for (const char* text : {"<skin ", "<skin x", "<skin />", "<skins>", "<skin "}) {
+    EXPECT_EQ(mend_source(text, ".dae"), text);
+  }
+}
+
 TEST(MendSource, OtherFormats_Stay) {
   EXPECT_EQ(mend_source("<a>  1</a>", ".x"), "<a>  1</a>");
   EXPECT_EQ(mend_source("\"joints\"", ".bin"), "\"joints\"");
