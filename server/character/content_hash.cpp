@@ -47,6 +47,13 @@ void add_mesh(const SkinnedMesh& mesh, Fnv1a& hash) {
   }
 }
 
+void add_limits(const BoneLimits& limits, Fnv1a& hash) {
+  hash.add(limits.axes.coeffs());
+  hash.add(limits.reference.coeffs());
+  hash.add(limits.lower);
+  hash.add(limits.upper);
+}
+
 }  // namespace
 
 std::uint64_t content_hash(const Rig& rig) {
@@ -57,6 +64,7 @@ std::uint64_t content_hash(const Rig& rig) {
     hash.add(bone.parent);
     hash.add(bone.rest.matrix());
     hash.add(bone.bind.matrix());
+    if (bone.limits) add_limits(*bone.limits, hash);
   }
   hash.add(rig.meshes.size());
   for (const SkinnedMesh& mesh : rig.meshes) add_mesh(mesh, hash);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <fstream>
 
+#include "source_mend.h"
+
 namespace layfigure::character {
 namespace {
 
@@ -47,6 +49,7 @@ const FolderIo::File* FolderIo::load(const fs::path& path) {
     return nullptr;
   }
   const cache::Digest digest = cache::digest_of(bytes);
+  bytes = mend_source(std::move(bytes), path.extension().string());
   return &files_.emplace(path, File{std::move(bytes), digest}).first->second;
 }
 

@@ -14,7 +14,8 @@ namespace layfigure::character {
 
 /// The files that assimp sees while it reads a character: the character's own and those in its folder and below, with
 /// symbolic links followed. Whatever else a file names, by "..", an absolute path or a link, is as if it were not
-/// there. A file is read once and served from memory, so that all readers see the bytes that the digest is of.
+/// there. A file is read once and served from memory, so that all readers see the bytes that the digest is of, mended
+/// (source_mend.h).
 class FolderIo : public Assimp::IOSystem {
  public:
   explicit FolderIo(const std::filesystem::path& character);

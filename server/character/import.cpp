@@ -19,10 +19,9 @@ namespace fs = std::filesystem;
 constexpr const char* kCacheKind = "rig";
 
 /// What a reader may take. The largest character that is allowed needs a tenth of the time, and most of the memory.
-constexpr std::uint64_t kMostMemory = 4ULL << 30U;  // [bytes]
-constexpr std::uint64_t kLeastSeconds = 20;         // of CPU time, whatever the file's size
-constexpr std::uint64_t kSlowestReading =
-    1'000'000;  // [bytes/s]; a text file that is parsed slowly makes 10 times that
+constexpr std::uint64_t kMostMemory = 4ULL << 30U;    // [bytes]
+constexpr std::uint64_t kLeastSeconds = 20;           // of CPU time, whatever the file's size
+constexpr std::uint64_t kSlowestReading = 4'000'000;  // [bytes/s]; text that is parsed slowly makes twice that
 
 ChildLimits limits_for(const fs::path& path) {
   return {kLeastSeconds + fs::file_size(path) / kSlowestReading, kMostMemory};

@@ -137,8 +137,21 @@ Eigen::Isometry3d rigid(const Affine3d& pose) {
   return result;
 }
 
+/// The limits of a node that is no root's, if its frame and its parent's can be made rigid without turning them: angles
+/// in a mirrored frame run the other way.
+std::optional<BoneLimits> usable_limits(const SourceScene& scene, int node, const Binds& binds, int parent_node,
+                                        std::vector<std::string>& warnings) {
+  const SourceNode& source = scene.nodes[node];
+  if (!source.limits || parent_node < 0) return std::nullopt;
+  const auto is_mirrored = [&](int n) { return binds[n]->linear().determinant() < 0.0; };
+  if (!is_mirrored(node) && !is_mirrored(parent_node)) return source.limits;
+  warnings.push_back("bone '" + source.name + "' is mirrored by a scale below 0: the limits of its joint are left out");
+  return std::nullopt;
+}
+
 void add_bones(const SourceScene& scene, const std::vector<bool>& is_bone, const Binds& binds, Skeleton& skeleton) {
   skeleton.bone_of_node.assign(scene.nodes.size(), -1);
+  std::vector<int> node_of_bone;
   for (std::size_t node = 0; node < scene.nodes.size(); ++node) {
     const int above = scene.nodes[node].parent;
     const int parent = above < 0 ? -1 : skeleton.bone_of_node[above];
@@ -149,6 +162,9 @@ void add_bones(const SourceScene& scene, const std::vector<bool>& is_bone, const
     bone.parent = parent;
     bone.bind = rigid(*binds[node]);
     bone.rest = parent < 0 ? bone.bind : skeleton.bones[parent].bind.inverse() * bone.bind;
+    bone.limits =
+        usable_limits(scene, static_cast<int>(node), binds, parent < 0 ? -1 : node_of_bone[parent], skeleton.warnings);
+    node_of_bone.push_back(static_cast<int>(node));
     skeleton.bone_of_node[node] = static_cast<int>(skeleton.bones.size());
     skeleton.bones.push_back(std::move(bone));
   }

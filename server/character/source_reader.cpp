@@ -15,8 +15,10 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "fbx_limits.h"
 #include "folder_io.h"
 #include "text.h"
+#include "unbound_skin.h"
 #include "unit.h"
 
 namespace layfigure::character {
@@ -101,7 +103,7 @@ struct NodeList {
 };
 
 /// The node tree, depth first. Of several nodes with one name, bones mean the first that holds no mesh.
-NodeList add_nodes(const aiScene& scene, SourceScene& source) {
+NodeList add_nodes(const aiScene& scene, const Format& format, SourceScene& source) {
   NodeList list;
   std::size_t mended = 0;
   std::vector<std::pair<const aiNode*, int>> pending{{scene.mRootNode, -1}};
@@ -118,6 +120,7 @@ NodeList add_nodes(const aiScene& scene, SourceScene& source) {
     mended += make_readable(name) ? 1 : 0;
     source.nodes.push_back(
         {std::move(name), parent, parent < 0 ? local : source.nodes[parent].pose * local, has_object});
+    if (format.name == "FBX") source.nodes.back().limits = fbx_limits(*node, source.nodes.back().name, source.warnings);
     list.nodes.push_back(node);
     for (unsigned child = node->mNumChildren; child-- > 0;) pending.emplace_back(node->mChildren[child], index);
   }
@@ -244,7 +247,8 @@ void add_meshes(const aiScene& scene, NodeList list, SourceScene& source) {
 }
 
 void configure(Assimp::Importer& importer) {
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  // The parts of a node's pose as nodes of their own: limits of joints are measured between them (fbx_limits.h).
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_REMOVE_EMPTY_BONES, false);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // Nothing but the skinned mesh is wanted: no stick figures for files without a mesh, no animations, no hit boxes.
@@ -300,7 +304,8 @@ Reading read_source(const std::filesystem::path& path) {
   check_has_skin(*scene, format);
   Reading reading;
   set_axes_and_unit(*scene, format, reading.scene);
-  add_meshes(*scene, add_nodes(*scene, reading.scene), reading.scene);
+  add_meshes(*scene, add_nodes(*scene, format, reading.scene), reading.scene);
+  bind_unbound_skins(reading.scene);
   reading.digest = io->character_digest();
   reading.companions = io->companions();
   return reading;

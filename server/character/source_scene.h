@@ -2,8 +2,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "layfigure/character/rig.h"
 
 /// What a character's file says, as plain data: between the format's library (source_reader.h) and the conversion.
 namespace layfigure::character {
@@ -13,6 +16,7 @@ struct SourceNode {
   int parent{-1};                                     ///< index of an earlier node; -1: the file's root
   Eigen::Affine3d pose{Eigen::Affine3d::Identity()};  ///< node -> file, the parents' included
   bool has_object{false};                             ///< it holds a mesh
+  std::optional<BoneLimits> limits{};                 ///< beside its parent, helper nodes apart
 };
 
 /// One joint of a mesh's skin.

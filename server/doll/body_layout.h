@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bone_names.h"
+#include "layfigure/character/rig.h"
 
 namespace layfigure::doll {
 
@@ -18,6 +20,7 @@ struct BodyPlace {
   Eigen::Vector3d com{Eigen::Vector3d::Zero()};             ///< world [m]
   Eigen::Quaterniond bind{Eigen::Quaterniond::Identity()};  ///< R_WB
   Eigen::Quaterniond rest{Eigen::Quaterniond::Identity()};  ///< R_PB of the rest pose; a root's: R_WB
+  std::optional<character::BoneLimits> stated{};            ///< by the file, beside the body's parent
 };
 
 /// One per body, parents before children.

@@ -19,6 +19,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
+using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 /// Shortest distance of two bodies' coms that counts, as a share of the section's size: a joint cannot be stiffer than
@@ -69,7 +70,7 @@ void add_body(const BodyTree& tree, int b, const std::vector<Isometry3d>& X_WA, 
   body.name = bone.name;
   body.parent = parent;
   body.anchor = X_PB.translation();
-  body.rotation = body.rest_rotation = Eigen::Quaterniond(X_PB.linear()).normalized();
+  body.rotation = body.rest_rotation = Quaterniond(X_PB.linear()).normalized();
   body.mass = density * solid.volume;
   body.com = R_BW * (solid.com - bone.bind.translation());
   body.inertia = density * R_BW * solid.inertia * R_BW.transpose();
@@ -194,23 +195,35 @@ BodyTree chosen_body_tree(const Doll& doll, const std::vector<BoneName>& names, 
   }
 }
 
+/// The limits that the file states for the joint of body `b`, beside the body that its parent bone rides on.
+std::optional<character::BoneLimits> stated_limits_of(const Doll& doll, int b) {
+  const character::Bone& bone = doll.rig.bones[doll.bone_of_body[b]];
+  const int parent = doll.definition.bodies[b].parent;
+  if (!bone.limits || parent < 0) return std::nullopt;
+  character::BoneLimits limits = *bone.limits;
+  const Quaterniond R_BP(doll.carriers[bone.parent].pose.linear());  // of the parent bone in the parent body
+  limits.reference = (R_BP * limits.reference).normalized();
+  return limits;
+}
+
 void add_limits(const std::vector<BoneName>& names, const std::vector<MassProperties>& solids, Doll& doll) {
   BodyLayout layout;
   for (std::size_t b = 0; b < solids.size(); ++b) {
     const character::Bone& bone = doll.rig.bones[doll.bone_of_body[b]];
     const dynamics::BodyDefinition& body = doll.definition.bodies[b];
     layout.push_back({bone.name, names[doll.bone_of_body[b]], body.parent, bone.bind.translation(), solids[b].com,
-                      Eigen::Quaterniond(bone.bind.linear()).normalized(), body.rest_rotation});
+                      Quaterniond(bone.bind.linear()).normalized(), body.rest_rotation,
+                      stated_limits_of(doll, static_cast<int>(b))});
   }
   const Mirror mirror = find_mirror(layout, doll.warnings);
   doll.mirror_of_body = mirror.mirror_of_body;
   const std::vector<dynamics::JointLimits> limits = make_joint_limits(layout, mirror, doll.warnings);
-  const std::vector<std::string> why = limit_reasons(layout, mirror);
+  const std::vector<Reason> why = limit_reasons(layout, mirror);
   for (std::size_t b = 0; b < limits.size(); ++b) {
     doll.definition.bodies[b].limits = limits[b];
     if (layout[b].parent < 0) continue;
     Reasons& reasons = doll.reasons[b];
-    reasons.twist = reasons.swing_y = reasons.swing_z = {Origin::kDefault, why[b]};
+    reasons.twist = reasons.swing_y = reasons.swing_z = why[b];
   }
 }
 

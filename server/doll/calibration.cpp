@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "section_law.h"
+#include "settings_numbers.h"
 
 namespace layfigure::doll {
 namespace {
@@ -106,7 +107,8 @@ void calibrate(Doll& doll, const DollSettings& settings) {
     Reasons& why = doll.reasons[b];
     const Section& section = doll.sections[b];
     why.stiffness = why.damping = why.flow_damping = why.yield_torque = reason_of_section(section);
-    if (settings.hardening > 0.0) why.hardening = reason_of_section(section);
+    why.hardening = settings.hardening > 0.0 ? reason_of_section(section)
+                                             : Reason{Origin::kDefault, why_of_number(settings, "hardening")};
     AxisLaw law = axis_law(section, settings);
     raise(law.yield_torque, Vector3d::Constant(settings.hold_margin * loads[b].weight_torque),
           "raised to hold the limb's weight", why.yield_torque);

@@ -102,8 +102,13 @@ Json merged_json(const Doll& doll) {
 Json settings_json(const DollSettings& settings) {
   Json json{{"source", settings.source.empty() ? Json() : Json(settings.source)}};
   json["material"] = settings.material;
-  for (const SettingsNumber& number : numbers_of(settings)) json[number.name] = number.value;
+  Json why{{"material", why_of_number(settings, "material")}};
+  for (const SettingsNumber& number : numbers_of(settings)) {
+    json[number.name] = number.value;
+    why[number.name] = number.why;
+  }
   json["total_mass"] = settings.total_mass ? Json(settings.total_mass->value) : Json();
+  json["reasons"] = std::move(why);
   return json;
 }
 

@@ -41,6 +41,8 @@ char mark(const Reason& why) {
       return '*';
     case Origin::kRaised:
       return '+';
+    case Origin::kFile:
+      return '~';
     case Origin::kSettings:
       return '=';
     default:
@@ -50,6 +52,12 @@ char mark(const Reason& why) {
 
 std::string of_joint(const Row& row, double value, const Reason& why) {
   return row.is_root() ? "" : format("%.4g%c", value, mark(why));
+}
+
+/// Of twist, bend about y and about z; nothing where they are equal.
+std::string of_axes(const Row& row, const Eigen::Vector3d& ratios) {
+  const std::string text = format("%.3g:%.3g:%.3g", ratios[0], ratios[1], ratios[2]);
+  return row.is_root() || text == "1:1:1" ? "" : text;
 }
 
 std::string degrees(double angle) { return std::isfinite(angle) ? format("%.4g", to_degrees(angle)) : "free"; }
@@ -78,7 +86,7 @@ struct Column {
   std::string (*cell)(const Row&);
 };
 
-const std::array<Column, 17> kColumns{{
+const std::array<Column, 19> kColumns{{
     {"body", "", [](const Row& r) { return r.body.name.substr(0, kLongestName); }},
     {"parent", "", parent_name},
     {"mass", "kg ", [](const Row& r) { return format("%.4f%c", r.body.mass, mark(r.why.density)); }},
@@ -87,9 +95,11 @@ const std::array<Column, 17> kColumns{{
     {"I", "m^4", [](const Row& r) { return format("%.4g", 0.5 * r.section.second_moments.x()); }},
     {"s", "m", [](const Row& r) { return r.is_root() ? "" : format("%.4g", r.section.span); }},
     {"K_f", "N m/rad ", [](const Row& r) { return of_joint(r, r.body.joint.stiffness, r.why.stiffness); }},
+    {"by axis", "t:y:z", [](const Row& r) { return of_axes(r, r.body.joint.shape.stiffness); }},
     {"D_f", "N m s/rad ", [](const Row& r) { return of_joint(r, r.body.joint.damping, r.why.damping); }},
     {"D_d", "N m s/rad ", [](const Row& r) { return of_joint(r, r.body.joint.flow_damping, r.why.flow_damping); }},
     {"yield", "N m ", [](const Row& r) { return of_joint(r, r.body.joint.yield_torque, r.why.yield_torque); }},
+    {"by axis", "t:y:z", [](const Row& r) { return of_axes(r, r.body.joint.shape.yield); }},
     {"H", "N m/rad ", [](const Row& r) { return of_joint(r, r.body.joint.hardening, r.why.hardening); }},
     {"twist", "deg ", [](const Row& r) { return of_limits(r, twist_range(r.body.limits), r.why.twist); }},
     {"swing y", "deg ", [](const Row& r) { return of_limits(r, swing_range(r.body.limits, 0), r.why.swing_y); }},
@@ -153,14 +163,16 @@ std::string head_text(const Doll& doll) {
   std::string text = doll.rig.name + " (" + doll.rig.source_file + ", hash " + hash_text(doll) + ")\n";
   text += format("%zu bones, %zu bodies, %.3f kg\n", doll.rig.bones.size(), doll.definition.bodies.size(),
                  total_mass(doll));
-  return text + "settings: " + (doll.settings.source.empty() ? "default" : doll.settings.source) + "\n";
+  text += "settings: " + (doll.settings.source.empty() ? "default" : doll.settings.source) + "\n";
+  return text + "material: " + doll.settings.material + "\n";
 }
 
 }  // namespace
 
 std::string inspect_text(const Doll& doll) {
   std::string text = head_text(doll) + "\n" + table_text(table_cells(doll));
-  text += "* from an estimated section   + raised to a minimum   = by the settings\n";
+  text += "* from an estimated section   + raised to a minimum   ~ by the character's file   = by the settings\n";
+  text += "by axis: multiples of the number before, of twist : bend about y : bend about z, where they differ\n";
   text += merged_text(doll);
   text += format("\nroot pin: %.4g N/m, %.4g N s/m, %.4g N m/rad, %.4g N m s/rad\n", doll.root_pin.stiffness,
                  doll.root_pin.damping, doll.root_pin.angular_stiffness, doll.root_pin.angular_damping);

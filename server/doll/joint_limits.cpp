@@ -6,6 +6,7 @@
 
 #include "joint_axes.h"
 #include "range_of_motion.h"
+#include "stated_limits.h"
 
 namespace layfigure::doll {
 namespace {
@@ -53,6 +54,7 @@ void set_range(const RangeOfMotion& range, bool y_towards_a, JointLimits& limits
 }
 
 JointLimits limits_of(const BodyLayout& layout, const Mirror& mirror, const std::optional<BodyAxes>& body_axes, int b) {
+  if (layout[b].stated) return stated_limits(layout[b], limb_direction(layout, b));
   JointLimits limits;
   if (const auto axes = find_joint_axes(layout, mirror, body_axes, b)) {
     const BoneName& name = layout[b].name;
@@ -99,8 +101,16 @@ JointLimits united(JointLimits limits, const JointLimits& other) {
 }
 
 void report(const BodyPlace& body, std::vector<std::string>& warnings) {
-  warnings.push_back("bone '" + body.bone + "': its rest pose is beyond what the joint of a " +
-                     part_text(body.name.part) + " can do; its limits are widened to include it");
+  const std::string what = body.stated ? std::string("the limits that the file states for its joint")
+                                       : "what the joint of a " + std::string(part_text(body.name.part)) + " can do";
+  warnings.push_back("bone '" + body.bone + "': its rest pose is beyond " + what +
+                     "; its limits are widened to include it");
+}
+
+/// The other side's body that had its limits chosen before; -1: none, or a file states the limits of one of them.
+int model_of(const BodyLayout& layout, const Mirror& mirror, int b) {
+  const int image = mirror.mirror_of_body[b];
+  return image < b && image >= 0 && !layout[b].stated && !layout[image].stated ? image : -1;
 }
 
 }  // namespace
@@ -126,22 +136,27 @@ std::vector<JointLimits> make_joint_limits(const BodyLayout& layout, const Mirro
   std::vector<JointLimits> all(layout.size());
   for (int b = 0; b < static_cast<int>(layout.size()); ++b) {
     if (layout[b].parent < 0) continue;
-    const int image = mirror.mirror_of_body[b];
-    const bool second = image >= 0 && image < b;
-    all[b] = second ? mirrored_limits(all[image], layout, mirror, image, b) : limits_of(layout, mirror, body_axes, b);
+    const int image = model_of(layout, mirror, b);
+    all[b] =
+        image < 0 ? limits_of(layout, mirror, body_axes, b) : mirrored_limits(all[image], layout, mirror, image, b);
     if (widen(layout[b].rest, all[b])) report(layout[b], warnings);
-    if (second) all[image] = united(all[image], mirrored_limits(all[b], layout, mirror, b, image));
+    if (image >= 0) all[image] = united(all[image], mirrored_limits(all[b], layout, mirror, b, image));
   }
   return all;
 }
 
-std::vector<std::string> limit_reasons(const BodyLayout& layout, const Mirror& mirror) {
+std::vector<Reason> limit_reasons(const BodyLayout& layout, const Mirror& mirror) {
   const std::optional<BodyAxes> body_axes = find_body_axes(layout, mirror);
-  std::vector<std::string> reasons;
+  std::vector<Reason> reasons;
   for (int b = 0; b < static_cast<int>(layout.size()); ++b) {
+    if (layout[b].stated) {
+      reasons.push_back({Origin::kFile, "limits of the character's file"});
+      continue;
+    }
     const bool is_known = layout[b].parent >= 0 && find_joint_axes(layout, mirror, body_axes, b).has_value();
-    reasons.push_back(is_known ? std::string("anatomical range of the ") + part_text(layout[b].name.part)
-                               : "range of an unknown part");
+    reasons.push_back({Origin::kDefault, is_known
+                                             ? std::string("anatomical range of the ") + part_text(layout[b].name.part)
+                                             : "range of an unknown part"});
   }
   return reasons;
 }

@@ -23,13 +23,15 @@ struct AmountKey {
   std::string_view name;
   OptionalEntry<Amount> JointOverride::*entry;
   ValueRange range;
+  OptionalEntry<AxisAmounts> JointOverride::*axes{nullptr};  ///< nullptr: the axes have one value
+  bool axis_may_vanish{true};
 };
 
 constexpr std::array<AmountKey, 5> kAmounts{{
-    {"stiffness", &JointOverride::stiffness, {0.0, kInfinity}},
-    {"damping", &JointOverride::damping, {0.0, kMostOfJoint}},
+    {"stiffness", &JointOverride::stiffness, {0.0, kInfinity}, &JointOverride::stiffness_axes},
+    {"damping", &JointOverride::damping, {0.0, kMostOfJoint}, &JointOverride::damping_axes},
     {"flow_damping", &JointOverride::flow_damping, {0.0, kMostOfJoint}},
-    {"yield_torque", &JointOverride::yield_torque, {0.0, kInfinity}},
+    {"yield_torque", &JointOverride::yield_torque, {0.0, kInfinity}, &JointOverride::yield_torque_axes, false},
     {"hardening", &JointOverride::hardening, {0.0, kMostOfJoint}},
 }};
 
@@ -100,7 +102,7 @@ class JointTable {
 
   void read_key(std::string_view key, const toml::node& node, JointOverride& joint) const {
     for (const AmountKey& amount : kAmounts) {
-      if (key == amount.name) return set(joint.*amount.entry, read_amount(amount, node), node);
+      if (key == amount.name) return read_amounts(amount, node, joint);
     }
     for (const NumberKey& number : kNumbers) {
       if (key == number.name) return set(joint.*number.entry, read_number(key, node, number.range), node);
@@ -130,16 +132,47 @@ class JointTable {
     return *node.value<bool>();
   }
 
-  [[nodiscard]] Amount read_amount(const AmountKey& key, const toml::node& node) const {
-    const std::string name(key.name);
+  void read_amounts(const AmountKey& key, const toml::node& node, JointOverride& joint) const {
+    if (key.axes != nullptr && names_axes(node)) {
+      set(joint.*key.axes, read_axes(key, *node.as_table()), node);
+    } else {
+      set(joint.*key.entry, read_amount(std::string(key.name), key.range, node, key.axes != nullptr), node);
+    }
+  }
+
+  static bool names_axes(const toml::node& node) {
+    const toml::table* table = node.as_table();
+    return table != nullptr && std::any_of(table->begin(), table->end(), [](const auto& entry) {
+             return index_of(kAxisNames, entry.first.str()) >= 0;
+           });
+  }
+
+  [[nodiscard]] Amount read_amount(const std::string& name, const ValueRange& range, const toml::node& node,
+                                   bool may_be_axes) const {
+    const std::string expected = name + ": expected a number or {factor = NUMBER}" +
+                                 (may_be_axes ? ", or a table of these for " + list_names(kAxisNames) : "");
     const toml::table* table = node.as_table();
     if (table == nullptr) {
-      if (!node.is_number()) refuse_at(node, name + ": expected a number or {factor = NUMBER}");
-      return {read_number(name, node, key.range), false};
+      if (!node.is_number()) refuse_at(node, expected);
+      return {read_number(name, node, range), false};
     }
     const toml::node* factor = table->get("factor");
-    if (factor == nullptr || table->size() != 1) refuse_at(node, name + ": expected a number or {factor = NUMBER}");
+    if (factor == nullptr || table->size() != 1) refuse_at(node, expected);
     return {read_number(name + ".factor", *factor, kFactors), true};
+  }
+
+  [[nodiscard]] AxisAmounts read_axes(const AmountKey& key, const toml::table& table) const {
+    const ValueRange range{key.range.least, key.range.most, key.axis_may_vanish};
+    AxisAmounts axes;
+    for (const auto& [axis, node] : table) {
+      const int index = index_of(kAxisNames, axis.str());
+      if (index < 0) {
+        refuse_at(node, std::string(key.name) + ": unknown axis '" + toml_comment(axis.str()) + "', expected one of " +
+                            list_names(kAxisNames));
+      }
+      axes[index] = read_amount(std::string(key.name) + "." + std::string(kAxisNames[index]), range, node, false);
+    }
+    return axes;
   }
 
   void read_limits(const toml::node& node, JointOverride& joint) const {

@@ -19,14 +19,12 @@ constexpr double viscosity_of(double modulus, double loss_factor, double frequen
 /// - Density 1200 kg/m^3 (Titow, PVC Technology, 4th ed., app. 1: 1160 to 1350 for flexible compounds), of the wall's
 ///   share of the area, 1 - 0.89^2.
 /// - Shore A 29 makes e = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)) MPa = 1.1 MPa (Gent, Rubber Chem.
-/// Technol.
-///   31 (1958) 896), of the wall's share of the second moment, 1 - 0.89^4.
+///   Technol. 31 (1958) 896), of the wall's share of the second moment, 1 - 0.89^4.
 /// - nu of a rubber, nearly incompressible (Nielsen and Landel, Mechanical Properties of Polymers and Composites, 2nd
 ///   ed., ch. 2).
 /// - A loss factor of 0.16 at 1 Hz: 0.1 to 0.3 is usual well above the glass transition (there, ch. 4).
 /// - No yield point is tabulated. Chosen: it keeps a set from 15 % strain on, creeping towards it within a second; so
-/// an
-///   adult's arm yields to a pull of 10 to 25 N at the wrist.
+///   an adult's arm yields to a pull of 10 to 25 N at the wrist.
 constexpr Material soft_vinyl() {
   constexpr double kHollow = 0.89;
   constexpr double kModulus = 1.1e6 * (1.0 - square(square(kHollow)));
@@ -41,11 +39,13 @@ constexpr Material soft_vinyl() {
 }
 
 /// A lay figure of beech, whose balls are drawn into their sockets by springs.
-/// - Density 640 kg/m^3 at 12 % moisture (Wood Handbook, FPL-GTR-190, table 5-3, American beech); nu = 0.37 along the
-///   grain (there, table 5-1, about that of all hardwoods).
+/// - Density of American beech at 12 % moisture: its specific gravity of 0.64 there counts the dry wood alone (Wood
+///   Handbook, FPL-GTR-190, table 5-3), to which the water comes. nu = 0.37 along the grain (there, table 5-1, about
+///   that of all hardwoods).
 /// - Yield is slip. A spring's force N on a socket that touches the ball, of radius r, at 45 degrees, holds the torque
 ///   mu N r; the limb's section at the joint is the ball's, so that yield_stress pi r^3 / 4 = mu N r. Dry wood on wood
-///   has mu = 0.4 (there, ch. 4: 0.3 to 0.5); 20 N on a ball of 7 mm are usual in a figure of 0.3 m.
+///   has mu = 0.4 (there, ch. 4: 0.3 to 0.5 on hard, smooth surfaces); 20 N on a ball of 7 mm are usual in a figure of
+///   0.3 m.
 /// - Before it slips it turns by 0.02 rad (chosen; the play of a good joint), with s = 7 r:
 ///   e = yield_stress s / (0.02 r). The beech itself, 11.9 GPa, is rigid beside that.
 /// - A loss factor of 0.05, that of jointed timber (chosen), at 10 Hz.
@@ -55,7 +55,7 @@ constexpr Material wood() {
   constexpr double kYield = 0.4 * 20.0 * 4.0 / (std::numbers::pi * square(kBall));
   constexpr double kModulus = kYield * 7.0 / 0.02;
   return {.name = "wood",
-          .density = 640.0,
+          .density = 640.0 * 1.12,
           .elastic_modulus = kModulus,
           .poisson_ratio = 0.37,
           .viscosity = viscosity_of(kModulus, 0.05, 10.0),
@@ -69,9 +69,8 @@ constexpr Material wood() {
 ///   elongation, (89.6 - 34.5) / 0.35 = 157 MPa of hardening (Aluminum Association, as on MatWeb).
 /// - Foam: 150 kg/m^3, of latex or polyurethane; its modulus, 0.1 MPa, is nothing beside the wire's share.
 /// - A section's second moment grows as the fourth power of its size, its modulus I / c as the third. The wire keeps
-/// its
-///   new shape once all of it yields: at 16 / (3 pi) times the torque at which its surface does (the plastic section
-///   modulus of a circle; Gere and Goodno, Mechanics of Materials, 8th ed., sec. 6.10).
+///   its new shape once all of it yields: at 16 / (3 pi) times the torque at which its surface does (the plastic
+///   section modulus of a circle; Gere and Goodno, Mechanics of Materials, 8th ed., sec. 6.10).
 /// - A loss factor of 0.02 at 1 Hz, from the strands of a twisted wire on each other (chosen). The yield stress of a
 ///   metal at room temperature hardly depends on the rate.
 constexpr Material wire_armature() {

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
 #include "angles.h"
+#include "axis_values.h"
 #include "name_pattern.h"
+#include "override_names.h"
+#include "settings_numbers.h"
 #include "toml_text.h"
 #include "value_range.h"
 
@@ -14,6 +18,9 @@ namespace layfigure::doll {
 namespace {
 
 using dynamics::JointLimits;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::size_t kMostNamesListed = 5;
 constexpr double kRestSlack = 1e-6;                // [rad]; a rest pose on a limit is not outside for rounding
@@ -91,11 +98,21 @@ void take(const OptionalEntry<T>& from, OptionalEntry<T>& to) {
   if (from) to = from;
 }
 
+/// Of two ways to say one thing, each replaces the other.
+template <class T, class Other>
+void take_either(const OptionalEntry<T>& from, const OptionalEntry<Other>& from_other, OptionalEntry<T>& to,
+                 OptionalEntry<Other>& to_other) {
+  if (!from && !from_other) return;
+  to = from;
+  to_other = from_other;
+}
+
 void lay_over(const JointOverride& from, JointOverride& to) {
-  take(from.stiffness, to.stiffness);
-  take(from.damping, to.damping);
+  take_either(from.stiffness, from.stiffness_axes, to.stiffness, to.stiffness_axes);
+  take_either(from.damping, from.damping_axes, to.damping, to.damping_axes);
+  take_either(from.yield_torque, from.yield_torque_axes, to.yield_torque, to.yield_torque_axes);
+  take_either(from.density, from.mass, to.density, to.mass);
   take(from.flow_damping, to.flow_damping);
-  take(from.yield_torque, to.yield_torque);
   take(from.hardening, to.hardening);
   take(from.twist, to.twist);
   take(from.swing_y, to.swing_y);
@@ -104,15 +121,12 @@ void lay_over(const JointOverride& from, JointOverride& to) {
   take(from.merge, to.merge);
   take(from.shape, to.shape);
   take(from.friction, to.friction);
-  if (from.density || from.mass) {  // each replaces the other
-    to.density = from.density;
-    to.mass = from.mass;
-  }
 }
 
 bool is_about_a_joint(const JointOverride& joint) {
   return joint.stiffness || joint.damping || joint.flow_damping || joint.yield_torque || joint.hardening ||
-         joint.twist || joint.swing_y || joint.swing_z || joint.locked;
+         joint.stiffness_axes || joint.damping_axes || joint.yield_torque_axes || joint.twist || joint.swing_y ||
+         joint.swing_z || joint.locked;
 }
 
 bool is_about_a_body(const JointOverride& joint) {
@@ -142,6 +156,26 @@ void apply(const OptionalEntry<Amount>& entry, double& value, Reason& reason) {
   const Amount& amount = entry->value;
   value = amount.of(value);
   reason = reason_of(entry, amount.is_factor ? short_number(amount.number) + " times what was chosen, " : "");
+}
+
+/// Those of `amounts` that are given, in place of the axes' own values, or their multiples. Which ones, if not all,
+/// goes before where they are given.
+void apply(const OptionalEntry<AxisAmounts>& entry, double most, double& value, Vector3d& ratios, Reason& reason) {
+  if (!entry) return;
+  Vector3d values = axis_values(value, ratios);
+  std::string given;
+  bool all = true;
+  for (int k = 0; k < 3; ++k) {
+    const std::optional<Amount>& amount = entry->value[k];
+    all = all && amount.has_value();
+    if (!amount) continue;
+    values[k] = std::min(amount->of(values[k]), most);
+    given.append(given.empty() ? "" : " and ").append(kAxisNames[k]);
+  }
+  set_axis_values(values, value, ratios);
+  const std::string rest = reason.text;
+  reason = reason_of(entry, all ? "" : given + " by ");
+  if (!all) reason.text += ", else " + rest;
 }
 
 double upper_bound(double angle) { return angle < std::numbers::pi ? angle : JointLimits::kInfinity; }
@@ -185,11 +219,15 @@ void apply_locks(const JointOverride& joint, dynamics::BodyDefinition& body, Rea
 }
 
 void apply_to_joint(const JointOverride& joint, dynamics::BodyDefinition& body, Reasons& reasons) {
-  apply(joint.stiffness, body.joint.stiffness, reasons.stiffness);
-  apply(joint.damping, body.joint.damping, reasons.damping);
-  apply(joint.flow_damping, body.joint.flow_damping, reasons.flow_damping);
-  apply(joint.yield_torque, body.joint.yield_torque, reasons.yield_torque);
-  apply(joint.hardening, body.joint.hardening, reasons.hardening);
+  dynamics::JointLaw& law = body.joint;
+  apply(joint.stiffness, law.stiffness, reasons.stiffness);
+  apply(joint.damping, law.damping, reasons.damping);
+  apply(joint.flow_damping, law.flow_damping, reasons.flow_damping);
+  apply(joint.yield_torque, law.yield_torque, reasons.yield_torque);
+  apply(joint.hardening, law.hardening, reasons.hardening);
+  apply(joint.stiffness_axes, dynamics::kRigidStiffness, law.stiffness, law.shape.stiffness, reasons.stiffness);
+  apply(joint.damping_axes, kInfinity, law.damping, law.shape.damping, reasons.damping);
+  apply(joint.yield_torque_axes, kInfinity, law.yield_torque, law.shape.yield, reasons.yield_torque);
   apply_limits(joint, body, reasons);
   apply_locks(joint, body, reasons);
 }
@@ -210,7 +248,7 @@ double given_mass(const JointOverride& joint) { return joint.mass ? joint.mass->
 void choose_density(const JointOverride& joint, double volume, const DollSettings& settings, Matter& matter,
                     Reasons& reasons) {
   matter.density = settings.density;
-  reasons.density = {Origin::kDefault, "the doll's"};
+  reasons.density = {Origin::kDefault, why_of_number(settings, "density")};
   if (joint.density) {
     matter.density = joint.density->value;
     reasons.density = reason_of(joint.density);

@@ -27,9 +27,10 @@ namespace layfigure::doll {
 /// Throws SettingsError: masses that the total leaves no room for, densities out of range.
 void choose_densities(const std::vector<JointOverride>& of_bone, const std::vector<double>& volumes, Doll& doll);
 
-/// Gives joints and bodies what the settings say of them, after calibrate() chose. Laws keep the ratios of their axes;
-/// limits are measured in the axes and from the pose of those that the doll has chosen for the joint.
-/// Throws SettingsError: limits that exclude the rest pose; values for joints or bodies, all of whose bones have none.
+/// Gives joints and bodies what the settings say of them, after calibrate() chose. Laws keep the ratios of their axes
+/// unless values of single axes are given; limits are measured in the axes and from the pose of those that the doll has
+/// chosen for the joint. Throws SettingsError: limits that exclude the rest pose; values for joints or bodies, all of
+/// whose bones have none.
 void apply_overrides(const std::vector<JointOverride>& of_bone, Doll& doll);
 
 }  // namespace layfigure::doll

@@ -23,8 +23,7 @@ constexpr Row kRows[] = {
     {BonePart::kClavicle, 0, {30, 20, 40, 10, 30, 10}},
     // The cone about the neutral direction of joint_axes.h. AAOS's flexion and abduction 180, extension 60, horizontal
     // flexion 135 and extension 45, and adduction 45 in front are 0.91 to 1.09 times as far from it as its rim.
-    // Rotation
-    // outwards, inwards.
+    // Rotation outwards, inwards.
     {BonePart::kUpperArm, 0, {112, 76, 130, 80, 90, 70}},
     {BonePart::kForearm, 0, {150, 5, 5, 5, 5, 5}},
     // Flexion and extension; towards the thumb and the little finger; supination and pronation, which take place along

@@ -21,6 +21,11 @@ struct AxisLaw {
 ///     yield_torque = yield_stress (J / (sqrt(3) c_x), I_y / c_y, I_z / c_z)
 /// as the shear modulus is e / (2 (1 + nu)) and the yield stress in shear is that in tension over sqrt(3) (von Mises;
 /// Hill, The Mathematical Theory of Plasticity, ch. 2).
+///
+/// J is the polar second moment, as in Matsunaga's Eq. 3-4. For a circle and a round tube that is Saint-Venant's
+/// torsion constant; another section warps and is softer: an ellipse whose axes are as 1 to n by 4 n^2 / (1 + n^2)^2,
+/// 0.64 for 1 to 2. That is on the safe side of what is seen, as most limbs are rounder, a joint of a doll is no long
+/// bar that is free to warp, and the minima of build_doll() hold each axis by itself.
 [[nodiscard]] AxisLaw axis_law(const Section& section, const DollSettings& settings);
 
 /// The joint whose axes obey `law`. K_f, D_f and t_y are those of the weakest axis, with ratios of at least 1: it never

@@ -21,16 +21,17 @@ struct Field {
   double least;
   double most;
   bool least_allowed;
+  double Material::*of_material{nullptr};  ///< nullptr: no matter of material
 };
 
 constexpr std::array<Field, 12> kFields{{
-    {"density", &DollSettings::density, 0.0, 1e6, false},
-    {"elastic_modulus", &DollSettings::elastic_modulus, 0.0, kMostOfAny, true},
-    {"poisson_ratio", &DollSettings::poisson_ratio, -1.0, 0.5, false},
-    {"viscosity", &DollSettings::viscosity, 0.0, kMostOfAny, true},
-    {"flow_viscosity", &DollSettings::flow_viscosity, 0.0, kMostOfAny, true},
-    {"yield_stress", &DollSettings::yield_stress, 0.0, kMostOfAny, true},
-    {"hardening", &DollSettings::hardening, 0.0, kMostOfAny, true},
+    {"density", &DollSettings::density, 0.0, 1e6, false, &Material::density},
+    {"elastic_modulus", &DollSettings::elastic_modulus, 0.0, kMostOfAny, true, &Material::elastic_modulus},
+    {"poisson_ratio", &DollSettings::poisson_ratio, -1.0, 0.5, false, &Material::poisson_ratio},
+    {"viscosity", &DollSettings::viscosity, 0.0, kMostOfAny, true, &Material::viscosity},
+    {"flow_viscosity", &DollSettings::flow_viscosity, 0.0, kMostOfAny, true, &Material::flow_viscosity},
+    {"yield_stress", &DollSettings::yield_stress, 0.0, kMostOfAny, true, &Material::yield_stress},
+    {"hardening", &DollSettings::hardening, 0.0, kMostOfAny, true, &Material::hardening},
     {"largest_sag", &DollSettings::largest_sag, 0.0, 1.0, false},
     {"largest_strain", &DollSettings::largest_strain, 0.0, std::numbers::pi, false},
     {"hold_margin", &DollSettings::hold_margin, 1.0, 1e6, true},
@@ -137,11 +138,22 @@ void validate(const DollSettings& settings) {
 std::vector<SettingsNumber> numbers_of(const DollSettings& settings) {
   std::vector<SettingsNumber> numbers;
   for (const Field& field : kFields) {
-    const auto line = settings.lines.find(std::string(field.name));
-    numbers.push_back(
-        {std::string(field.name), settings.*field.value, line == settings.lines.end() ? 0 : line->second});
+    const std::string name(field.name);
+    numbers.push_back({name, settings.*field.value, why_of_number(settings, name)});
   }
   return numbers;
+}
+
+std::string why_of_number(const DollSettings& settings, const std::string& name) {
+  if (const auto line = settings.lines.find(name); line != settings.lines.end()) {
+    return "line " + std::to_string(line->second) + " of the settings";
+  }
+  const Material* material = find_material(settings.material);
+  for (const Field& field : kFields) {
+    if (name != field.name || field.of_material == nullptr || material == nullptr) continue;
+    return settings.*field.value == material->*field.of_material ? "material " + settings.material : "given";
+  }
+  return "default";
 }
 
 std::filesystem::path settings_path_beside(const std::filesystem::path& character) {

@@ -10,8 +10,11 @@ namespace layfigure::doll {
 struct SettingsNumber {
   std::string name;
   double value{0.0};
-  int line{0};  ///< of the settings file; 0: the default
+  std::string why;  ///< "material soft vinyl", "line 12 of the settings" or "default"
 };
+
+/// Why one of them is what it is; the material too has a name: "material".
+[[nodiscard]] std::string why_of_number(const DollSettings& settings, const std::string& name);
 
 /// The numbers that hold for the whole doll, by the names that a settings file gives them.
 [[nodiscard]] std::vector<SettingsNumber> numbers_of(const DollSettings& settings);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "angles.h"
+#include "axis_values.h"
 #include "inspection.h"
 #include "override_names.h"
 #include "settings_numbers.h"
@@ -25,6 +26,18 @@ std::string line(const std::string& key, const std::string& value, const std::st
 
 std::string amount(const std::string& key, double value, const char* unit, const Reason& why) {
   return line(key, toml_number(value), std::string(unit) + why.text);
+}
+
+/// The values of the three axes where they differ.
+std::string amounts(const std::string& key, double unit, const Eigen::Vector3d& ratios, const char* unit_name,
+                    const Reason& why) {
+  const auto values = exact_axis_values(unit, ratios);
+  if (!values || ratios == Eigen::Vector3d::Ones()) return amount(key, unit, unit_name, why);
+  std::string table;
+  for (std::size_t k = 0; k < kAxisNames.size(); ++k) {
+    table.append(k == 0 ? "{" : ", ").append(kAxisNames[k]).append(" = ").append(toml_number((*values)[k]));
+  }
+  return line(key, table + "}", std::string(unit_name) + why.text);
 }
 
 /// A range in degrees that reads back as the same radians, if there is one: a limit that was widened to hold the rest
@@ -53,11 +66,12 @@ std::string locked(const dynamics::JointShape& shape, const Reason& why) {
 
 std::string joint_text(const dynamics::BodyDefinition& body, const Reasons& why) {
   std::string text;
-  text += amount("stiffness", body.joint.stiffness, "N m/rad, ", why.stiffness);
-  text += amount("damping", body.joint.damping, "N m s/rad, ", why.damping);
-  text += amount("flow_damping", body.joint.flow_damping, "N m s/rad, ", why.flow_damping);
-  text += amount("yield_torque", body.joint.yield_torque, "N m, ", why.yield_torque);
-  text += amount("hardening", body.joint.hardening, "N m/rad, ", why.hardening);
+  const dynamics::JointLaw& law = body.joint;
+  text += amounts("stiffness", law.stiffness, law.shape.stiffness, "N m/rad, ", why.stiffness);
+  text += amounts("damping", law.damping, law.shape.damping, "N m s/rad, ", why.damping);
+  text += amount("flow_damping", law.flow_damping, "N m s/rad, ", why.flow_damping);
+  text += amounts("yield_torque", law.yield_torque, law.shape.yield, "N m, ", why.yield_torque);
+  text += amount("hardening", law.hardening, "N m/rad, ", why.hardening);
   text += limit("twist", twist_range(body.limits), why.twist);
   text += limit("swing_y", swing_range(body.limits, 0), why.swing_y);
   text += limit("swing_z", swing_range(body.limits, 1), why.swing_z);
@@ -100,14 +114,9 @@ std::string head_text(const Doll& doll) {
 }
 
 std::string numbers_text(const DollSettings& settings) {
-  const auto why = [](int line) {
-    return line > 0 ? "line " + std::to_string(line) + " of the settings" : std::string("default");
-  };
-  const auto named = settings.lines.find("material");
-  std::string text =
-      line("material", "\"" + settings.material + "\"", why(named == settings.lines.end() ? 0 : named->second));
+  std::string text = line("material", "\"" + settings.material + "\"", why_of_number(settings, "material"));
   for (const SettingsNumber& number : numbers_of(settings)) {
-    text += line(number.name, toml_number(number.value), why(number.line));
+    text += line(number.name, toml_number(number.value), number.why);
   }
   if (!settings.total_mass) return text;
   return text + "# total_mass = " + toml_number(settings.total_mass->value) + " is in the densities of the bodies\n";

@@ -58,6 +58,7 @@ CHARACTERS = [
     Character("SMD/WusonSMD.smd", 1, 1, (0.920, 3.244, 1.516)),
     Character("SMD/holy_grailref.smd", 1, 1, (0.425, 0.419, 0.592), "no unit: taken as inches"),
     Character("Collada/box_nested_animation.dae", 1, 1, (2.0, 2.0, 2.0)),
+    Character("Collada/library_animation_clips.dae", 5, 4, (2.0, 3.929, 8.0)),
     Character(MDL + "man.mdl", 7, 6, (0.089, 0.051, 0.248), "no unit: taken as inches"),
     Character(MDL + "unnamed_bones.mdl", 9, 8, (2.0, 3.8, 2.0)),
     Character(MDL + "alpha_test.mdl", 1, 1, (0.254, 0.254, 0.254)),

@@ -7,6 +7,7 @@
 
 #include "convert.h"
 #include "rig_bytes.h"
+#include "unbound_skin.h"
 
 namespace {
 
@@ -75,6 +76,7 @@ SourceScene take_scene(Bytes& bytes) {
     if (bytes.index(8) == 0) node.name += "_$AssimpFbx$_Rotation";
     node.parent = n == 0 ? -1 : bytes.index(n);
     const Eigen::Affine3d local = take_pose(bytes);
+    if (bytes.index(4) == 0) node.limits.emplace().lower.x() = bytes.number();
     node.pose = n == 0 ? local : scene.nodes[node.parent].pose * local;
     scene.nodes.push_back(std::move(node));
   }
@@ -100,6 +102,7 @@ void check(const Rig& rig) {
     const Bone& bone = rig.bones[b];
     require(bone.parent == -1 ? b == 0 : bone.parent >= 0 && bone.parent < static_cast<int>(b));
     require(!bone.name.empty() && bone.bind.matrix().allFinite() && bone.rest.matrix().allFinite());
+    require(!bone.limits || bone.parent >= 0);
     require((bone.bind.linear().transpose() * bone.bind.linear()).isIdentity(1e-9));
   }
   for (const SkinnedMesh& mesh : rig.meshes) {
@@ -119,7 +122,8 @@ void check(const Rig& rig) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Bytes bytes({reinterpret_cast<const char*>(data), size});
-  const SourceScene scene = take_scene(bytes);
+  SourceScene scene = take_scene(bytes);
+  bind_unbound_skins(scene);
   Rig rig;
   try {
     rig = convert(scene);

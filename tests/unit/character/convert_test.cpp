@@ -104,6 +104,43 @@ TEST(Convert, MirroredAndShearedBones_AreMadeRigid) {
   EXPECT_NEAR(R.determinant(), 1.0, kRounding);
 }
 
+BoneLimits some_limits() {
+  BoneLimits limits;
+  limits.axes = Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vector3d::UnitX()));
+  limits.lower.x() = -0.5;
+  return limits;
+}
+
+TEST(Convert, LimitsOfAJoint_AreItsBones) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[4].limits = some_limits();
+  const Rig rig = convert(scene);
+  ASSERT_TRUE(rig.bones[1].limits.has_value());
+  EXPECT_EQ(rig.bones[1].limits->lower.x(), -0.5);
+  EXPECT_EQ(rig.bones[1].limits->upper.x(), BoneLimits::kInfinity);
+  EXPECT_EQ(rig.bones[1].limits->axes.coeffs(), some_limits().axes.coeffs());
+  EXPECT_NE(rig.content_hash, convert(fbx_scene()).content_hash);
+}
+
+TEST(Convert, LimitsOfTheRoot_AreNone) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[2].limits = some_limits();
+  EXPECT_FALSE(convert(scene).bones[0].limits.has_value());
+}
+
+TEST(Convert, LimitsOfAMirroredJoint_AreLeftOutAndReported) {
+  for (const int joint : {0, 1}) {  // the joint above, and its own
+    SourceScene scene = fbx_scene();
+    scene.nodes[4].limits = some_limits();
+    scene.meshes[0].joints[joint].offset.linear() = Vector3d(-1, 1, 1).asDiagonal();
+    const Rig rig = convert(scene);
+    EXPECT_FALSE(rig.bones[1].limits.has_value());
+    bool reported = false;
+    for (const std::string& warning : rig.warnings) reported |= warning.find("'knee' is mirrored") != std::string::npos;
+    EXPECT_TRUE(reported) << joint;
+  }
+}
+
 TEST(Convert, MirroredMesh_KeepsFacingOutwards) {
   SourceScene scene = fbx_scene();
   scene.nodes[1].pose = Affine3d(Eigen::Scaling(-1.0, 1.0, 1.0));

@@ -72,6 +72,7 @@ TEST(RigBytes, Rig_ComesBackEqual) {
   rig.bones[1].name = "arm";
   rig.bones[1].parent = 0;
   rig.bones[1].bind.translation() = Eigen::Vector3d(1, 2, 3);
+  rig.bones[1].limits.emplace().upper.y() = 0.5;
   SkinnedMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {{0, 1, 2}};
@@ -91,6 +92,8 @@ TEST(RigBytes, Rig_ComesBackEqual) {
   const Rig& back = copy.rig;
   EXPECT_EQ(back.bones[1].name, "arm");
   EXPECT_EQ(back.bones[1].bind.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(back.bones[0].limits.has_value());
+  EXPECT_EQ(back.bones[1].limits->upper.y(), 0.5);
   EXPECT_EQ(back.meshes[0].influences[1][1].weight, 0.5);
   EXPECT_EQ(back.content_hash, 42U);
 }

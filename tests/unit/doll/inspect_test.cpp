@@ -70,6 +70,15 @@ TEST(InspectText, Adult_MarksWhereNumbersComeFrom) {
   EXPECT_EQ(text.find(" \n"), std::string::npos) << "spaces at the end of a line";
 }
 
+TEST(InspectText, AxesThatDiffer_AreToldAsMultiples) {
+  DollSettings settings;
+  settings.joints.push_back(
+      {.pattern = "left1",
+       .yield_torque_axes = Entry<AxisAmounts>{{Amount{6.0, false}, Amount{2.0, false}, Amount{3.0, false}}, 3}});
+  const std::string text = inspect_text(build_doll(test::make_adult(), settings));
+  EXPECT_NE(text.find(" 3:1:1.5 "), std::string::npos) << text;
+}
+
 TEST(InspectText, LimitsAndLocks_AreInDegreesAndByName) {
   DollSettings settings;
   settings.joints.push_back({.pattern = "left1",

@@ -310,6 +310,29 @@ TEST(JointLimits, UnknownBones_TurnWidely) {
   EXPECT_FALSE(allows(doll, "bone1", kZ, kWideTwistDeg + 1));
 }
 
+TEST(JointLimits, StatedByTheFileOnOneSide_HoldThereAlone) {
+  const Doll plain = build_doll(test::make_person());
+  for (const char* side : {"Left", "Right"}) {
+    const std::string stated = std::string(side) + "ForeArm";
+    const std::string other = std::string(stated[0] == 'L' ? "Right" : "Left") + "ForeArm";
+    character::Rig rig = test::make_person();
+    character::Bone& bone = rig.bones[plain.bone_of_body[test::body_called(plain, stated)]];
+    character::BoneLimits& limits = bone.limits.emplace();
+    limits.reference = bone.rest.linear();
+    limits.lower = Vector3d::Constant(-0.2);
+    limits.upper = Vector3d::Constant(0.3);
+    const Doll doll = build_doll(rig);
+    const int body = test::body_called(doll, stated);
+    EXPECT_EQ(doll.definition.bodies[body].limits.twist_upper, 0.3);
+    EXPECT_EQ(doll.definition.bodies[body].limits.swing_lower[0], 0.2);
+    EXPECT_EQ(doll.reasons[body].twist.origin, Origin::kFile);
+    const int image = test::body_called(doll, other);
+    EXPECT_EQ(doll.mirror_of_body[body], image);
+    EXPECT_EQ(doll.definition.bodies[image].limits.swing_upper, plain.definition.bodies[image].limits.swing_upper);
+    EXPECT_EQ(doll.reasons[image].twist.origin, Origin::kDefault);
+  }
+}
+
 TEST(JointLimits, KnownBonesOfNoMirroredCharacter_TurnWidely) {
   character::Rig rig;
   const int arm = test::add_limb(rig, "LeftArm", -1, {0, 0, 1}, {0.3, 0, 1}, 0.05);

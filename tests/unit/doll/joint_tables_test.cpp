@@ -71,6 +71,23 @@ TEST_F(JointTables, WrittenInOneLineOrWithDottedKeys_AreTheSame) {
   EXPECT_DOUBLE_EQ(dotted.joints[1].twist->value.upper, kDegree);
 }
 
+TEST_F(JointTables, ValuesOfSingleAxes_AreReadWithTheirLine) {
+  const DollSettings settings = load(R"([joints.a]
+stiffness = {twist = 3, bend_z = {factor = 0.5}}
+damping = {bend_y = 0}
+yield_torque = {twist = inf, bend_y = 1, bend_z = 2}
+)");
+  const JointOverride& joint = settings.joints[0];
+  EXPECT_FALSE(joint.stiffness);
+  EXPECT_EQ(joint.stiffness_axes->line, 2);
+  EXPECT_EQ(joint.stiffness_axes->value[0]->of(7.0), 3.0);
+  EXPECT_FALSE(joint.stiffness_axes->value[1]);
+  EXPECT_EQ(joint.stiffness_axes->value[2]->of(7.0), 3.5);
+  EXPECT_EQ(joint.damping_axes->value[1]->of(7.0), 0.0);
+  EXPECT_EQ(joint.yield_torque_axes->value[0]->of(7.0), kInfinity);
+  EXPECT_EQ(joint.yield_torque_axes->line, 4);
+}
+
 TEST_F(JointTables, SwingThatMayNotLeaveTheNeutralPose_MayByALittle) {
   const DollSettings settings =
       load("[joints.a]\nlimits = {twist = [0, 0], swing_y = [0, 140], swing_z = [-180, 180]}\n");
@@ -98,6 +115,16 @@ TEST_F(JointTables, BadValues_AreRefusedWithTableKeyAndWhatIsAllowed) {
       {"stiffness = {factor = 2, offset = 1}", "stiffness: expected a number or {factor = NUMBER}"},
       {"stiffness = {factor = \"2\"}", "stiffness.factor: expected a number"},
       {"stiffness = {factor = 0}", "stiffness.factor = 0, expected (0, 1e+06]"},
+      {"stiffness = {twist = -1}", "stiffness.twist = -1, expected [0, inf]"},
+      {"stiffness = {twist = \"1\"}", "stiffness.twist: expected a number or {factor = NUMBER}"},
+      {"stiffness = {twist = {twist = 1}}", "stiffness.twist: expected a number or {factor = NUMBER}"},
+      {"stiffness = {twist = {factor = 0}}", "stiffness.twist.factor = 0, expected (0, 1e+06]"},
+      {"stiffness = {twist = 1, bend = 2}", "stiffness: unknown axis 'bend', expected one of twist, bend_y, bend_z"},
+      {"stiffness = {twist = 1, factor = 2}", "stiffness: unknown axis 'factor', expected one of twist"},
+      {"damping = {bend_y = inf}", "damping.bend_y = inf, expected [0, 1e+18]"},
+      {"yield_torque = {bend_z = 0}", "yield_torque.bend_z = 0, expected (0, inf]"},
+      {"flow_damping = {twist = 1}", "flow_damping: expected a number or {factor = NUMBER}"},
+      {"hardening = {twist = 1}", "hardening: expected a number or {factor = NUMBER}"},
       {"damping = inf", "damping = inf, expected [0, 1e+18]"},
       {"flow_damping = -0.5", "flow_damping = -0.5, expected"},
       {"yield_torque = nan", "yield_torque = nan, expected [0, inf]"},

@@ -57,6 +57,9 @@ INSTANTIATE_TEST_SUITE_P(All, Materials, testing::ValuesIn(materials().begin(), 
                            return name;
                          });
 
+/// American beech of 12 % moisture is sold as 720 kg/m^3.
+TEST(Wood, OfRoomMoisture_HasItsWaterInItsDensity) { EXPECT_NEAR(find_material("wood")->density, 720.0, 5.0); }
+
 TEST(MaterialNames, AreDifferent) {
   std::set<std::string_view> names;
   for (const Material& material : materials()) names.insert(material.name);

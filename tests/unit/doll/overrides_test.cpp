@@ -296,6 +296,45 @@ TEST_F(Overrides, Law_KeepsTheRatiosOfItsAxes) {
   EXPECT_EQ(shape.yield, chosen.yield);
 }
 
+Eigen::Vector3d stiffness_of(const dynamics::JointLaw& law) { return law.stiffness * law.shape.stiffness; }
+
+TEST_F(Overrides, ValuesOfSingleAxes_LeaveTheOthers) {
+  const Doll doll = build("[joints.left1]\nstiffness = {twist = 7, bend_z = {factor = 3}}\ndamping = {bend_y = 0}\n");
+  const Eigen::Vector3d chosen = stiffness_of(body(plain_, "left1").joint);
+  const dynamics::JointLaw& law = body(doll, "left1").joint;
+  EXPECT_LT((stiffness_of(law) - Eigen::Vector3d(7.0, chosen.y(), 3.0 * chosen.z())).norm(), 1e-12 * chosen.norm());
+  EXPECT_EQ(law.shape.stiffness.minCoeff(), 1.0);
+  EXPECT_EQ(law.shape.damping[1], 0.0);
+  EXPECT_EQ(law.shape.damping.maxCoeff(), 1.0);
+  EXPECT_EQ(law.yield_torque, body(plain_, "left1").joint.yield_torque);
+  EXPECT_EQ(reasons(doll, "left1").stiffness.origin, Origin::kSettings);
+  EXPECT_EQ(reasons(doll, "left1").stiffness.text,
+            "twist and bend_z by line 2 of the settings, else " + reasons(plain_, "left1").stiffness.text);
+}
+
+TEST_F(Overrides, AxesThatNeverYieldOrAreRigid_AreInfiniteMultiples) {
+  const Doll doll = build("[joints.left1]\nyield_torque = {twist = inf}\nstiffness = {bend_y = inf}\n");
+  const dynamics::JointLaw& law = body(doll, "left1").joint;
+  EXPECT_TRUE(std::isinf(law.shape.yield[0]));
+  EXPECT_NEAR(law.shape.yield[1], 1.0, 1e-12);
+  EXPECT_EQ(law.yield_torque, body(plain_, "left1").joint.yield_torque);
+  EXPECT_DOUBLE_EQ(stiffness_of(law)[1], dynamics::kRigidStiffness);
+  EXPECT_NO_THROW(dynamics::Model{doll.definition});
+}
+
+TEST_F(Overrides, SingleAxesAndAllOfThem_ReplaceEachOther) {
+  const std::string axes = "stiffness = {twist = 7}\n";
+  const Doll all_last = build("[joints.\"left*\"]\n" + axes + "[joints.\"*1\"]\nstiffness = 3\n");
+  EXPECT_EQ(stiffness_of(body(all_last, "left1").joint).minCoeff(), 3.0);
+  const Doll axes_last = build("[joints.\"left*\"]\nstiffness = 3\n[joints.\"*1\"]\n" + axes);
+  EXPECT_EQ(stiffness_of(body(axes_last, "left1").joint).x(), 7.0);
+  EXPECT_DOUBLE_EQ(stiffness_of(body(axes_last, "left1").joint).y(), stiffness_of(body(plain_, "left1").joint).y());
+}
+
+TEST_F(Overrides, SingleAxesOfTheRoot_AreRefused) {
+  EXPECT_NE(refusal("[joints.trunk0]\nyield_torque = {twist = 1}\n").find("no joint"), std::string::npos);
+}
+
 TEST_F(Overrides, MergeChoices_AreThoseOfMerge) {
   const std::vector<character::Bone> bones = test::make_adult().bones;
   const DollSettings settings = load("[joints.\"*1\"]\nmerge = true\n[joints.left1]\nmerge = false\n");

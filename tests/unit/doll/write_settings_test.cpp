@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <random>
 #include <sstream>
 
 #include "angles.h"
+#include "axis_values.h"
 #include "layfigure/doll/build.h"
 #include "person_fixture.h"
 #include "rig_fixture.h"
@@ -116,8 +119,43 @@ stiffness = inf
 hardening = 0.1
 [joints.right2]
 density = 123.4
+stiffness = {twist = 3.3, bend_z = {factor = 7.1}}
+damping = {bend_y = 0}
+yield_torque = {twist = inf, bend_y = 0.7}
 )");
   expect_to_read_back(test::make_adult(), settings);
+}
+
+TEST_F(WrittenSettings, OfAxesThatDiffer_GiveEach) {
+  const std::string stiff = "elastic_modulus = 1e12\nyield_stress = 1e9\n";  // nothing is raised, which makes round
+  const DollSettings settings = load(stiff);
+  expect_to_read_back(test::make_flat_adult(), settings);
+  const std::string text = settings_text(build_doll(test::make_flat_adult(), settings));
+  EXPECT_NE(text.find("\nstiffness = {twist = "), std::string::npos) << text;
+  EXPECT_NE(text.find("\nyield_torque = {twist = "), std::string::npos) << text;
+  expect_to_read_back(test::make_flat_adult(), load(stiff + "[joints.left1]\nstiffness = 1.7\n"));
+}
+
+TEST(AxisValues, OfRandomLaws_AreExactOrNone) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> value(0.1, 10.0);
+  for (int k = 0; k < 10'000; ++k) {
+    double unit = 0.0;
+    Eigen::Vector3d ratios;
+    set_axis_values({value(random), value(random), value(random)}, unit, ratios);
+    const auto values = exact_axis_values(unit, ratios);
+    ASSERT_TRUE(values.has_value()) << unit << " " << ratios.transpose();
+    double unit_again = 0.0;
+    Eigen::Vector3d ratios_again;
+    set_axis_values(*values, unit_again, ratios_again);
+    EXPECT_EQ(unit_again, unit);
+    EXPECT_EQ(ratios_again, ratios);
+  }
+}
+
+TEST(AxisValues, OfLooseAndRigidLaws_AreNone) {
+  EXPECT_FALSE(exact_axis_values(0.0, Eigen::Vector3d(1, 2, 1)).has_value());
+  EXPECT_FALSE(exact_axis_values(std::numeric_limits<double>::infinity(), Eigen::Vector3d(1, 2, 1)).has_value());
 }
 
 TEST_F(WrittenSettings, OfNamesThatNeedQuotes_MakeTheSameDoll) {
@@ -144,6 +182,7 @@ TEST_F(WrittenSettings, Comments_SayWhyEachValueIs) {
   EXPECT_NE(text.find("# line 1 of the settings\n"), std::string::npos) << text;
   EXPECT_NE(text.find("# N m/rad, line 3 of the settings\n"), std::string::npos);
   EXPECT_NE(text.find("# N m, raised to hold the limb's weight\n"), std::string::npos);
+  EXPECT_NE(text.find("# material soft vinyl\n"), std::string::npos);
   EXPECT_NE(text.find("# own skin\n"), std::string::npos);
   EXPECT_NE(text.find("limits.twist = [-90.0, 90.0]"), std::string::npos);
 }

@@ -15,7 +15,7 @@ class ImportError : public std::runtime_error {
 };
 
 /// Reads a rigged character from any format that assimp reads with its bones: glTF, FBX, Collada, X, MD5, SMD, MDL,
-/// B3D, MS3D, M3D, Ogre XML and others.
+/// B3D, MS3D, Ogre XML and others (Debian's assimp 5.2 lacks M3D, and reads no skeleton of an IQM).
 ///
 /// Axes and units. glTF is in metres, Y up. Of an FBX the unit and the up axis come from its metadata, of a Collada
 /// file from its header. The other formats have no unit: SMD, MDL and MD5 are taken as inches, all others as metres;
@@ -31,11 +31,13 @@ class ImportError : public std::runtime_error {
 /// skin's own bind matrix where the skin names the bone, else its node's pose beside its parent; rest is that same
 /// pose, X_PB = X_WP^-1 X_WB of the binds, whatever pose the nodes were saved in: a doll starts undeformed. Names are
 /// made unique, non-empty, UTF-8 and free of control characters; where nodes share a name, the skin means the first of
-/// them that holds no mesh. A bone that only the skin knows hangs on the joint nearest to it.
+/// them that holds no mesh. A bone that only the skin knows hangs on the joint nearest to it. Of the formats that are read,
+/// FBX alone states limits for the joints of a skeleton, which become Bone::limits.
 ///
 /// Meshes. Triangulated; vertices of equal position and weights are joined; weights are normalised, those below 1e-6
 /// dropped; a mesh without weights that hangs on a bone follows it rigidly, and one that hangs on none is left out;
-/// winding is mended if the whole is inside out. Whatever was mended or left out is a line in Rig::warnings.
+/// winding is mended if the whole is inside out. A glTF skin without bind matrices, whose vertices are in the frames of
+/// its joints, is bound as the file poses it. Whatever was mended or left out is a line in Rig::warnings.
 ///
 /// Files. Those that the character's file names (buffers, materials, a skeleton) are looked for in its folder and below
 /// only; links and paths that lead elsewhere find nothing. With a `cache`, a rig that was read before is taken from

@@ -3,10 +3,23 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace layfigure::character {
+
+/// How far the file lets a bone turn: its rotation from the reference is taken apart into turns about the axes J, and
+/// each angle is bounded.
+struct BoneLimits {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Eigen::Quaterniond axes{Eigen::Quaterniond::Identity()};       ///< R_BJ
+  Eigen::Quaterniond reference{Eigen::Quaterniond::Identity()};  ///< R_PB at which all angles are zero
+  Eigen::Vector3d lower{Eigen::Vector3d::Constant(-kInfinity)};  ///< about x, y, z of J [rad]; infinite: none
+  Eigen::Vector3d upper{Eigen::Vector3d::Constant(kInfinity)};   ///< [rad], >= lower
+};
 
 /// A bone of the skeleton, as the file has it, converted to the world's units and axes (metres, Z up, no scale).
 struct Bone {
@@ -14,6 +27,7 @@ struct Bone {
   int parent{-1};                                         ///< index of an earlier bone, -1 for a root
   Eigen::Isometry3d rest{Eigen::Isometry3d::Identity()};  ///< X_PB where the file poses it; a root's: X_WB
   Eigen::Isometry3d bind{Eigen::Isometry3d::Identity()};  ///< X_WB when the mesh was bound to it
+  std::optional<BoneLimits> limits{};                     ///< none: the file says nothing; a root never has some
 };
 
 /// Weight of one bone on one vertex.

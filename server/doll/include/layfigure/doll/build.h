@@ -25,7 +25,8 @@ namespace layfigure::doll {
 /// Mirror. Doll::mirror_of_body pairs the bodies of both sides, by their names where they say a side and by their
 /// places in the bind pose.
 ///
-/// Limits. Each joint has the range of motion of what its bone is called, about axes that follow from where the joints
+/// Limits. A joint has the limits that the character's file states for its bone, if it does (an FBX can). Else it has
+/// the range of motion of what its bone is called, about axes that follow from where the joints
 /// of the bind pose are and where the feet point, not from the axes of the bones; mirrored pairs have mirrored limits.
 /// Bones of unknown parts turn by 120 degrees and twist by 90. A rest pose beyond its limits widens them, which is
 /// reported.

@@ -49,6 +49,7 @@ enum class Origin {
   kSection,   ///< the section of the mesh
   kEstimate,  ///< a section that was estimated
   kRaised,    ///< to a minimum
+  kFile,      ///< the character's file says so
   kSettings,  ///< the settings say so
 };
 

@@ -13,8 +13,8 @@ namespace layfigure::doll {
 
 /// The same for programs: a JSON object
 ///     {name, source_file, content_hash, settings, bones, mass, root_pin, bodies, merged, warnings}
-///     settings: {source (null: default), total_mass (null: none), and material and each number of DollSettings by its
-///               name}
+///     settings: {source (null: default), total_mass (null: none), material and each number of DollSettings by its
+///               name, and reasons: why each of these is what it is}
 ///     bodies:   [{name, parent, mass, density, com, inertia, section, stiffness, damping, flow_damping, yield_torque,
 ///               hardening, axis_ratios, limits, locked, shape, friction, reasons}]
 ///     limits:   null or {twist, swing_y, swing_z, axes, reference}, ranges as [lower, upper], quaternions w x y z

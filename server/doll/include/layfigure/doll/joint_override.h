@@ -24,6 +24,9 @@ struct Amount {
   [[nodiscard]] double of(double chosen) const { return is_factor ? number * chosen : number; }
 };
 
+/// One for each axis of the joint's section: twist, bend_y, bend_z. Those that are not given stay as chosen.
+using AxisAmounts = std::array<std::optional<Amount>, 3>;
+
 /// How far a joint turns about one axis of its limits, from its neutral pose [rad]; from -pi or to pi: freely that way.
 struct AngleRange {
   double lower{0.0};  ///< in [-pi, 0]
@@ -47,6 +50,10 @@ struct JointOverride {
   OptionalEntry<Amount> flow_damping{};  ///< D_d [N m s/rad], >= 0
   OptionalEntry<Amount> yield_torque{};  ///< t_y [N m], >= 0; infinity: never yields
   OptionalEntry<Amount> hardening{};     ///< H [N m/rad], >= 0
+
+  OptionalEntry<AxisAmounts> stiffness_axes{};     ///< of single axes; not beside stiffness
+  OptionalEntry<AxisAmounts> damping_axes{};       ///< not beside damping
+  OptionalEntry<AxisAmounts> yield_torque_axes{};  ///< > 0; not beside yield_torque
 
   OptionalEntry<AngleRange> twist{};
   OptionalEntry<AngleRange> swing_y{};

@@ -60,8 +60,9 @@ void validate(const DollSettings& settings);
 ///     total_mass = 12.0                 # kg
 ///
 ///     [joints."*Arm"]                   # a bone's name, or a pattern: * any characters, ? any one
-///     stiffness = 12.0                  # N m/rad
-///     yield_torque = {factor = 2.0}     # twice what was chosen; damping, flow_damping, hardening likewise
+///     damping = 0.2                     # N m s/rad
+///     yield_torque = {factor = 2.0}     # twice what was chosen; the others likewise
+///     stiffness = {twist = 9.0, bend_y = {factor = 0.5}}    # of single axes; damping, yield_torque likewise
 ///     limits = {twist = [-30, 30], swing_y = [-10, 140], swing_z = [-5, 5]}    # degrees
 ///     locked = ["twist"]                # of twist, bend_y, bend_z
 ///     merge = false                     # true: rides on its parent's body; false: is a body
