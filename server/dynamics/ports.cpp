@@ -204,13 +204,16 @@ void PortResponse::Data::assemble(Eigen::MatrixXd& result) {
 template <class T>
 void PortResponse::Data::measure(const State& before, const Plan<T>& plan, std::vector<Node<T>>& nodes, double length) {
   touch(before, plan, nodes);
+  tree.read_factors(plan, nodes);
   read_velocities(plan, nodes, length);
   assemble(step);
   eliminate_with(GainPart::kDamping, plan, nodes);
-  tree.refresh(plan, nodes);
+  tree.renew();
+  tree.read_factors(plan, nodes);
   assemble(damped);
   eliminate_with(GainPart::kNone, plan, nodes);
-  tree.refresh(plan, nodes);
+  tree.renew();
+  tree.read_factors(plan, nodes);
   assemble(inertial);
 }
 
