@@ -33,6 +33,9 @@ class Transmission {
     std::span<const BodyForce> loads;     ///< on the groups, one per body, or none
   };
 
+  /// Room for so many couplings; allocates where there were never as many.
+  void reserve(std::size_t couplings) { pulled_.reserve(couplings); }
+
   /// O(n); nothing where no rider transmits any of it.
   void measure(const Model& model, const RigidGroups& groups, const Step& step, const Pulls& pulls);
 

@@ -68,6 +68,7 @@ void Workspace::Data::arrange(const Model& model, int count) {
 void Workspace::Data::reserve(const Inputs& inputs) {
   const std::array sizes{inputs.couplings.size(), inputs.contacts.size(), inputs.ties.size(), inputs.drives.size()};
   if (sizes == reserved_) return;
+  transmission.reserve(inputs.couplings.size());
   reserved_ = sizes;
   group_inputs.reserve(inputs);
   for (ConstraintSet& set : constraints) set.reserve_forces(inputs);

@@ -53,6 +53,21 @@ TEST(Options, AllGiven_AreTaken) {
   EXPECT_TRUE(options.json);
 }
 
+TEST(Options, Devices_AreKeptInTheirOrderWithTheirConfigs) {
+  const Outcome outcome = parse({"doll.glb", "--device", "spidar-g6", "--device", "my.so", "--device-config",
+                                 "one.toml", "--device-config", "two.toml"});
+  ASSERT_TRUE(outcome.parsed.options) << outcome.error;
+  const ServerSettings& server = outcome.parsed.options->server;
+  EXPECT_EQ(server.devices, (std::vector<std::string>{"spidar-g6", "my.so"}));
+  EXPECT_EQ(server.device_configs, (std::vector<std::filesystem::path>{"one.toml", "two.toml"}));
+}
+
+TEST(Options, DeviceNone_IsNone) {
+  const Outcome outcome = parse({"doll.glb", "--device", "none"});
+  ASSERT_TRUE(outcome.parsed.options) << outcome.error;
+  EXPECT_TRUE(outcome.parsed.options->server.devices.empty());
+}
+
 TEST(Options, WriteSettings_GoBesideTheCharacterOrIntoAFile) {
   const Outcome beside = parse({"--inspect", "a/doll.glb", "--write-settings"});
   ASSERT_TRUE(beside.parsed.options) << beside.error;
@@ -90,7 +105,10 @@ TEST(Options, Bad_RefusedInOneLineThatNamesOptionAndValue) {
   const std::vector<std::pair<std::vector<const char*>, std::vector<const char*>>> cases{
       {{}, {"CHARACTER"}},
       {{"a", "b"}, {"b"}},
-      {{"a", "--device", "none"}, {"--device"}},
+      {{"a", "--device", "phantom"}, {"--device", "phantom"}},
+      {{"a", "--device-config", "left.toml"}, {"--device-config", "--device"}},
+      {{"a", "--device", "lcm", "--device", "lcm", "--device", "lcm", "--device-config", "1", "--device-config", "2"},
+       {"--device-config", "2 files for 3 devices"}},
       {{"a", "--log", "x"}, {"--log"}},
       {{"a", "--clock", "fast"}, {"--clock", "fast", "lockstep"}},
       {{"a", "--physics-hz", "9"}, {"--physics-hz", "9", "20000"}},
