@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The demo: a scripted hand poses a character on a real server, a recorder writes it as USD.
+"""The demo: scripted hands pose a character on a real server, a recorder writes it as USD.
 
-    demo.py [--server BINARY] [--character FILE] [--session FILE] [--out FOLDER]
+    demo.py [--server BINARY] [--character FILE] [--session FILE] [--two-hands FILE] [--out FOLDER]
 
 Three processes over LCM on 127.0.0.1, as a user would start them: layfigure-server in lockstep, layfigure record,
-layfigure play. Then the take is checked, drawn and plotted, and a table of its joints is printed. Without options it
-uses what ./run demo has built. Exit code 1 if anything fails, or if the arm does not keep its new pose or the trunk
-does not come back.
+layfigure play. Then the take is checked, drawn and plotted, and a table of its joints is printed. A second take is made
+by two haptic devices, simulated with their hands, that grasp an arm and bend it. Without options it uses what ./run
+demo has built. Exit code 1 if anything fails, if an arm does not keep its new pose, or if what should come back does
+not.
 """
 
 from __future__ import annotations
@@ -33,6 +34,9 @@ START_TIMEOUT_S = 60.0
 ARM = ("LeftArm", "LeftForeArm")
 TRUNK = ("Spine", "Spine1", "Spine2")
 KEPT_DEG = 5.0  # an arm whose rest rotations moved by less has not been posed
+DEVICE = "spidar-g6"
+BENT = "LeftForeArm"  # by two hands ...
+STEADIED = "LeftArm"  # ... of which one holds the elbow
 BACK_DEG = 2.0  # a trunk that came back to within this hangs as it did: its sag under the raised arm is less
 
 
@@ -46,10 +50,14 @@ def main() -> int:
         require_file(options.server, "build it with ./run demo, or name it with --server")
         require_file(options.character, "make it with ./run demo, or name it with --character")
         require_file(options.session, "name it with --session")
+        require_file(options.two_hands, "name it with --two-hands")
         options.out.mkdir(parents=True, exist_ok=True)
         take_file = options.out / "take.usda"
-        record_session(options, take_file)
-        report(take_file)
+        record_session(options, options.session, take_file)
+        judge(report(take_file, "forces.png"))
+        take_file = options.out / "two_hands.usda"
+        record_session(options, options.two_hands, take_file, "--device", DEVICE, "--device", DEVICE)
+        judge_two_hands(report(take_file, "two_hands_forces.png"))
     except (DemoError, LayfigureError, OSError) as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1
@@ -61,6 +69,7 @@ def parse_options() -> argparse.Namespace:
     parser.add_argument("--server", type=Path, default=ROOT / "build/release/server/app/layfigure-server")
     parser.add_argument("--character", type=Path, default=ROOT / "build/characters/human.glb")
     parser.add_argument("--session", type=Path, default=ROOT / "assets/sessions/demo.toml")
+    parser.add_argument("--two-hands", type=Path, default=ROOT / "assets/sessions/two_hands.toml")
     parser.add_argument("--out", type=Path, default=ROOT / "out/demo")
     return parser.parse_args()
 
@@ -77,14 +86,14 @@ def layfigure(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "layfigure", *map(str, arguments)]
 
 
-def record_session(options: argparse.Namespace, take_file: Path) -> None:
+def record_session(options: argparse.Namespace, session: Path, take_file: Path, *server_options: str) -> None:
     """The server's leave, which the shutdown command asks for, ends the recorder too."""
-    server_command = [options.server, options.character, "--clock", "lockstep", "--broker", "0"]
+    server_command = [options.server, options.character, "--clock", "lockstep", "--broker", "0", *server_options]
     with running("layfigure-server", server_command) as server:
         url = wait_for_line("layfigure-server", server, "listening on ").split()[-1]
         with running("layfigure record", layfigure("record", take_file, "--fps", FPS, "--lcm-url", url)) as recorder:
             wait_for_line("layfigure record", recorder, "recording ")
-            call(layfigure("play", options.session, "--lcm-url", url))
+            call(layfigure("play", session, "--lcm-url", url))
             call(layfigure("shutdown", "--lcm-url", url))
             finish("layfigure record", recorder)
         finish("layfigure-server", server)
@@ -145,21 +154,21 @@ def call(command: list[str]) -> None:
 # --- what came of it -------------------------------------------------------------------------------------------------
 
 
-def report(take_file: Path) -> None:
+def report(take_file: Path, plot: str) -> dict[str, JointSummary]:
     call(layfigure("check", take_file))
     frames = check(take_file).frames
     chosen = ",".join(str(round(index * (frames - 1) / (PICTURES - 1))) for index in range(PICTURES))
     call(layfigure("preview", take_file, "-o", take_file.with_suffix(".png"), "--frames", chosen))
-    call(layfigure("plot", take_file.with_suffix(".lcmlog"), "-o", take_file.with_name("forces.png")))
+    call(layfigure("plot", take_file.with_suffix(".lcmlog"), "-o", take_file.with_name(plot)))
     take = read_take(take_file.with_suffix(".lcmlog"))
     summaries = {summary.name.rpartition(":")[2]: summary for summary in summarize(take)}
     print_table(summaries)
     print_figures(take, frames)
-    judge(summaries)
+    return summaries
 
 
 def print_table(summaries: dict[str, JointSummary]) -> None:
-    """The joints that the session is about, and whatever else flowed."""
+    """The joints that the sessions are about, and whatever else flowed."""
     flowed = [name for name, joint in summaries.items() if joint.yielded]
     print()
     print("                 largest       yield            rest rotation        pose")
@@ -187,16 +196,34 @@ def print_figures(take: Take, frames: int) -> None:
 
 def judge(summaries: dict[str, JointSummary]) -> None:
     """Raises DemoError unless the arm stayed where it was put and the trunk came back."""
-    for name in (*ARM, *TRUNK):
-        if name not in summaries:
-            raise DemoError(f"the character has no body '{name}': the session is for Mixamo's bone names")
-    for joint in (summaries[name] for name in ARM):
+    require_kept(summaries, ARM)
+    require_back(summaries, TRUNK)
+    print("the arm has kept its new pose, the trunk has come back")
+
+
+def judge_two_hands(summaries: dict[str, JointSummary]) -> None:
+    """Raises DemoError unless the elbow stayed bent and the shoulder, which the other hand steadied, came back."""
+    require_kept(summaries, [BENT])
+    require_back(summaries, [STEADIED])
+    print("two hands have bent the elbow, the shoulder has held")
+
+
+def require_kept(summaries: dict[str, JointSummary], names: Sequence[str]) -> None:
+    for joint in (summary_of(summaries, name) for name in names):
         if not joint.yielded or joint.rest_after_deg - joint.rest_before_deg < KEPT_DEG:
             raise DemoError(f"'{joint.name}' has not kept a new pose")
-    for joint in (summaries[name] for name in TRUNK):
+
+
+def require_back(summaries: dict[str, JointSummary], names: Sequence[str]) -> None:
+    for joint in (summary_of(summaries, name) for name in names):
         if joint.yielded or joint.moved_deg > BACK_DEG:
             raise DemoError(f"'{joint.name}' has not come back")
-    print("the arm has kept its new pose, the trunk has come back")
+
+
+def summary_of(summaries: dict[str, JointSummary], name: str) -> JointSummary:
+    if name not in summaries:
+        raise DemoError(f"the character has no body '{name}': the sessions are for Mixamo's bone names")
+    return summaries[name]
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ void ReducedSystem::reserve(int rows) {
 }
 
 void ReducedSystem::clear(int rows) {
+  reserve(rows);
   directions_.clear();
   runs_.clear();
   change_.assign(rows, 0.0);

@@ -19,7 +19,7 @@ struct Direction {
 class ReducedSystem {
  public:
   void reserve(int rows);
-  /// Empties the system for a problem of that many rows.
+  /// Empties the system for a problem of that many rows; allocates where there were never as many.
   void clear(int rows);
 
   /// A row that is free: U = W = its unit vector.
