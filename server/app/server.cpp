@@ -12,6 +12,7 @@
 #include "layfigure/app/pacer.h"
 #include "layfigure/app/pose_publisher.h"
 #include "layfigure/device/open.h"
+#include "layfigure/haptics/realtime_thread.h"
 #include "layfigure/messaging/broker.h"
 #include "layfigure/messaging/bus.h"
 #include "layfigure/messaging/inbox.h"
@@ -77,6 +78,7 @@ struct Server::Impl {
   void handle_events();
   void handle(const pointer_t& pointer);
   void handle(const command_t& command) { commands.handle(command); }
+  void request_realtime() const;
   void run_due_steps();
   void publish_heartbeats(Clock::time_point now);
   void publish_status(bool leaving);
@@ -111,6 +113,7 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
       pacer(settings.simulation.physics_hz, Clock::now()) {}
 
 void Server::Impl::run() {
+  request_realtime();
   const Clock::time_point start = Clock::now();
   if (settings.duration) {
     end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*settings.duration));
@@ -125,6 +128,13 @@ void Server::Impl::run() {
     inbox.wait_until(next_wake_up());
   }
   publish_status(true);
+}
+
+/// A hand at a device feels a late step.
+void Server::Impl::request_realtime() const {
+  if (settings.simulation.clock != ClockKind::kRealtime || simulation.devices().empty()) return;
+  const haptics::RealtimeGrant grant = haptics::request_realtime(haptics::RealtimeThread::kPriority);
+  if (!grant.refused.empty()) spdlog::warn("{}", grant.refused);
 }
 
 bool Server::Impl::is_done(Clock::time_point now) const {

@@ -134,7 +134,7 @@ struct Scene::Data {
   std::vector<dynamics::Contact> contacts;
   std::vector<int> first_contact;                ///< of each point of the world, and the end
   std::vector<std::pair<int, int>> let_through;  ///< sorted
-  std::vector<int> apart;  ///< bodies whose contacts are left out
+  std::vector<int> apart;                        ///< bodies whose contacts are left out
   std::vector<dynamics::Contact> left_out;
 };
 

@@ -31,7 +31,7 @@ def expect_one_line(done: subprocess.CompletedProcess[str], code: int, *words: s
         (["doll.glb", "--physics-hz", "0"], ["--physics-hz", "0", "20000"]),
         (["doll.glb", "--clock", "fast"], ["--clock", "fast", "lockstep"]),
         (["doll.glb", "--broker", "99999"], ["--broker", "99999", "65535"]),
-        (["doll.glb", "--device", "none"], ["--device"]),
+        (["doll.glb", "--device", "phantom"], ["--device", "phantom", "spidar-g6"]),
         (["doll.glb", "--log", "x.lcmlog"], ["--log"]),
     ],
 )

@@ -31,8 +31,8 @@ class ImportError : public std::runtime_error {
 /// skin's own bind matrix where the skin names the bone, else its node's pose beside its parent; rest is that same
 /// pose, X_PB = X_WP^-1 X_WB of the binds, whatever pose the nodes were saved in: a doll starts undeformed. Names are
 /// made unique, non-empty, UTF-8 and free of control characters; where nodes share a name, the skin means the first of
-/// them that holds no mesh. A bone that only the skin knows hangs on the joint nearest to it. Of the formats that are read,
-/// FBX alone states limits for the joints of a skeleton, which become Bone::limits.
+/// them that holds no mesh. A bone that only the skin knows hangs on the joint nearest to it. Of the formats that are
+/// read, FBX alone states limits for the joints of a skeleton, which become Bone::limits.
 ///
 /// Meshes. Triangulated; vertices of equal position and weights are joined; weights are normalised, those below 1e-6
 /// dropped; a mesh without weights that hangs on a bone follows it rigidly, and one that hangs on none is left out;

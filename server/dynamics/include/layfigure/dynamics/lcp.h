@@ -43,8 +43,8 @@
 /// Guarantee. (3) always has exactly one solution, to which its Newton iteration converges from anywhere. Without
 /// contacts s is zero, the whole problem is convex, and the rounds converge to a solution whenever there is one,
 /// redundant or not. Coulomb's law is not convex: solutions may be several or none, no method is known that always
-/// finds one, and neither the fixed point in s nor the steps and rounds of 1 and 2 are then guaranteed to converge. Every
-/// loop is bounded, so a call always ends, with a lambda in K.
+/// finds one, and neither the fixed point in s nor the steps and rounds of 1 and 2 are then guaranteed to converge.
+/// Every loop is bounded, so a call always ends, with a lambda in K.
 ///
 /// Fallback. What is not solved is reported as such, and lambda is then
 ///   - infeasible: the solution of (3) about P_K(0) with e = 1e-6, that is, with every row a little compliant: for rows
