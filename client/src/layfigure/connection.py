@@ -102,6 +102,10 @@ class Connection:
                 return assembly.meshes()
         raise NoReplyError(f"the mesh of '{character.name}' did not arrive whole within {timeout_s:g} s")
 
+    def newest_status(self) -> Status:
+        """The newest heartbeat that was heard, else the next one."""
+        return self.status if self.status is not None else self.wait_for_status()
+
     def wait_for_status(self, timeout_s: float = REPLY_TIMEOUT_S) -> Status:
         """The next heartbeat."""
         self.status = None

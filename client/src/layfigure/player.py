@@ -63,7 +63,7 @@ class Player:
         character = self._connection.fetch_character()
         joints = resolve_bones(character, self._session)
         pose = self._wait_for_pose(character)
-        self._devices = {device.pointer: device.name for device in self._connection.wait_for_status().devices}
+        self._devices = {device.pointer: device.name for device in self._connection.newest_status().devices}
         clock = self._clock(character, pose)
         hands = [HandMotion(hand, character.pose_hz) for hand in self._session.hands]
         ticks = max(hand.ticks for hand in hands)

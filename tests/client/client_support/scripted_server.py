@@ -101,6 +101,7 @@ class ScriptedServer:
         given = {argument.name: argument for argument in command.arguments}
         if command.name == "get_character":
             self.publish_character()
+            self.publish_status()
             if self.poses > 0:
                 self.publish_pose(self.poses - 1)
         elif command.name == "get_mesh":
