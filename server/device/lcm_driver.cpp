@@ -10,7 +10,7 @@
 #include <layfigure/spidar_state_t.hpp>
 #include <thread>
 
-#include "latest.h"
+#include "layfigure/device/latest_value.h"
 #include "layfigure/device/simulated_spidar.h"
 
 namespace layfigure::device {
@@ -73,7 +73,7 @@ class LcmDriver : public Driver {
   [[nodiscard]] const Info& info() const noexcept override { return info_; }
 
   [[nodiscard]] Reading read(double /*time*/) noexcept override {
-    if (!states_.take(state_)) return {.status = Reading::Status::kNothingNew};
+    if (!states_.read(state_)) return {.status = Reading::Status::kNothingNew};
     Reading reading{.status = Reading::Status::kInvalid};
     if (state_.kind == messaging::kSpidarLengths && kinematics_) {
       reading = kinematics_->read(Eigen::Map<const spidar::Lengths>(state_.lengths) + kinematics_->geometry().offsets);
@@ -99,7 +99,7 @@ class LcmDriver : public Driver {
       std::copy_n(exerted_.force.data(), 3, command.force);
       std::copy_n(exerted_.torque.data(), 3, command.torque);
     }
-    commands_.put(command);
+    commands_.write(command);
     wake();
   }
 
@@ -132,7 +132,7 @@ class LcmDriver : public Driver {
     copy(message.rotation, state.rotation);
     state.grip = message.grip;
     state.buttons = static_cast<std::uint32_t>(message.buttons);
-    states_.put(state);
+    states_.write(state);
   }
 
   void complain(const std::string& what) {
@@ -153,7 +153,7 @@ class LcmDriver : public Driver {
       woken_.wait(seen, std::memory_order_acquire);
       seen = woken_.load(std::memory_order_acquire);
       Command command;
-      if (commands_.take(command)) send(command);
+      if (commands_.read(command)) send(command);
     }
     for (int k = 0; k < kFarewells; ++k) send({.kind = kinematics_ ? kTensions : kWrench});
   }
@@ -185,8 +185,8 @@ class LcmDriver : public Driver {
   // The sending thread's.
   std::int64_t sequence_{0};
 
-  Latest<State> states_;
-  Latest<Command> commands_;
+  LatestValue<State> states_;
+  LatestValue<Command> commands_;
   std::atomic<std::uint32_t> woken_{0};
   std::atomic<bool> closing_{false};
   messaging::Bus bus_;

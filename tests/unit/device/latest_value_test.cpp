@@ -1,10 +1,10 @@
-#include "layfigure/haptics/latest_value.h"
+#include "layfigure/device/latest_value.h"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-namespace layfigure::haptics {
+namespace layfigure::device {
 namespace {
 
 /// Large enough that a copy that is overtaken would show.
@@ -56,4 +56,4 @@ TEST(LatestValue, TwoThreads_ValuesAreWholeAndRise) {
 }
 
 }  // namespace
-}  // namespace layfigure::haptics
+}  // namespace layfigure::device

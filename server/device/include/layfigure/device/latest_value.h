@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace layfigure::haptics {
+namespace layfigure::device {
 
 /// Hands the newest value from one thread to another, without waiting on either side: what was not read in time is
 /// overwritten. Three places take turns: the writer has one, the reader one, and the third is exchanged, a bit of it
@@ -48,4 +48,4 @@ class LatestValue {
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
 };
 
-}  // namespace layfigure::haptics
+}  // namespace layfigure::device
