@@ -94,7 +94,8 @@ struct LocalContact {
   std::array<double, 3> b_to_normal;  ///< ... and from port b's, at the interval's beginning, world
 };
 
-/// The model of one interval. Plain data, so that a device::LatestValue carries it; matrices by columns, `rows` by `rows`.
+/// The model of one interval. Plain data, so that a device::LatestValue carries it; matrices by columns, `rows` by
+/// `rows`.
 struct LocalModel {
   template <int kSize>
   using Numbers = std::array<double, kSize>;
