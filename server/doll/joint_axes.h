@@ -32,22 +32,25 @@ struct JointAxes {
 /// bones. The limb runs from its joint to the next body's (of a hand, to the middle of the fingers' first joints), of
 /// the last one to its com; a head's is up, its com being in front of the neck.
 ///
-///     part                  f                                       a            neutral
-///     spine, chest          forward                                 left         bind pose
-///     neck, head            forward                                 left         bind pose
-///     jaw, eye              down; up                                left         bind pose
-///     clavicle              forward                                 up           bind pose
-///     upper arm             forward, level                          up           as the cone's axis
-///     forearm               where the elbow bends: forward          (1)          in line with the upper arm
-///     hand                  the palm                                thumb's side in line with the forearm
-///     fingers 1; 2 and 3    the palm                                thumb's side in line with the hand; the bone above
-///     thumb 1; 2 and 3      across the palm                         palm         bind pose; in line with the bone
-///     above thigh                 forward                                 outward      straight down shin backward (1)
-///     in line with the thigh foot                  towards the shin                        outward      bind pose toes
-///     up                                      outward      bind pose
+///     part              f                  a             neutral
+///     spine, chest      forward            left          bind pose
+///     neck, head        forward            left          bind pose
+///     jaw, eye          down; up           left          bind pose
+///     clavicle          forward            up            bind pose
+///     upper arm         forward, level     up            as the cone's axis
+///     forearm           (2)                (1)           in line with the upper arm
+///     hand              the palm           thumb's side  in line with the forearm
+///     finger 1          the palm           thumb's side  in line with the hand
+///     fingers 2 and 3   the palm           thumb's side  in line with the bone above
+///     thumb 1           across the palm    palm          bind pose
+///     thumb 2 and 3     across the palm    palm          in line with the bone above
+///     thigh             forward            outward       straight down
+///     shin              backward           (1)           in line with the thigh
+///     foot              towards the shin   outward       bind pose
+///     toes              up                 outward       bind pose
 ///
-/// (1) of no account: the ranges are the same on both sides. "In line" leaves out the flexion alone: a slight bend to
-/// the side is as the sculptor meant it.
+/// (1) of no account: the ranges are the same on both sides. (2) where the elbow bends, which is forward. "In line"
+/// leaves out the flexion alone: a slight bend to the side is as the sculptor meant it.
 ///
 /// Forward of an arm is what becomes of forward when the arm is turned from straight out to where it is, the shortest
 /// way; of a leg, from straight down. A joint that is bent by more than 20 degrees tells its own axis instead. The palm
