@@ -59,6 +59,13 @@ class Connection:
 
         Raises RefusedError with the server's reason, or NoReplyError after `timeout_s`.
         """
+        reply = self.ask(name, *arguments, timeout_s=timeout_s)
+        if not reply.accepted:
+            raise RefusedError(reply.reason)
+        return reply
+
+    def ask(self, name: str, *arguments: Argument, timeout_s: float = REPLY_TIMEOUT_S) -> Reply:
+        """As command(), but a refusal is a reply as well."""
         self._command_sequence += 1
         self._reply = None
         command = Command(_wall_clock_us(), self.client_id, self._command_sequence, name, arguments)
@@ -72,8 +79,6 @@ class Connection:
                 )
             self.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
             self.bus.wait_until(lambda: self._reply is not None, min(RESEND_AFTER_S, remaining))
-        if not self._reply.accepted:
-            raise RefusedError(self._reply.reason)
         return self._reply
 
     def send_pointer(self, pointer: int, position: Floats) -> int:

@@ -9,18 +9,22 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import fnmatch
 from collections.abc import Callable
 
 import numpy as np
 
 from layfigure import codec, rotation, skeleton
 from layfigure.bus import Bus
-from layfigure.connection import REPLY_TIMEOUT_S, Connection
-from layfigure.errors import LayfigureError, NoReplyError
+from layfigure.connection import REPLY_TIMEOUT_S, RESEND_AFTER_S, Connection
+from layfigure.errors import LayfigureError, NoReplyError, RefusedError
+from layfigure.expectation import Vector
 from layfigure.hand_motion import HandMotion, Scheduled
+from layfigure.judge import Judge
 from layfigure.protocol import POSE_CHANNEL, Argument, Character, Floats, Pose
 from layfigure.session import (
     Clutch,
+    Command,
     Fingertip,
     Grab,
     Key,
@@ -30,26 +34,28 @@ from layfigure.session import (
     Pinch,
     Release,
     Scale,
+    Server,
     Session,
     Softness,
     Touch,
     Unpin,
-    Vector,
 )
-from layfigure.session_clock import LockstepClock, PointerMessages, RealtimeClock, SessionClock
+from layfigure.session_clock import STEP_ATTEMPTS, LockstepClock, PointerMessages, RealtimeClock, SessionClock
 
 POSE_TIMEOUT_S = 5.0
 WORLD_BASE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # a device at the world's origin: x y z w x y z
 
 
 class Player:
-    """Plays `session` on the server of `bus`."""
+    """Plays `session` on the server of `bus`, and lets `judge` see what comes of it."""
 
-    def __init__(self, bus: Bus, session: Session) -> None:
+    def __init__(self, bus: Bus, session: Session, judge: Judge | None = None) -> None:
         self._bus = bus
         self._connection = Connection(bus)
         self._session = session
+        self._judge = judge
         self._pose: Pose | None = None
+        self._sent: set[int] = set()  # pointers
         self._pins: dict[int, list[float]] = {}  # numbers of the pins on each joint
         self._devices: dict[int, str] = {}  # of the server, by the pointers that they move
         bus.subscribe(POSE_CHANNEL, self._on_pose)
@@ -61,7 +67,10 @@ class Player:
         hand and the time, when the server refuses an action or is lost; hands then let go if they still can.
         """
         character = self._connection.fetch_character()
+        check_server(character, self._session.server)
         joints = resolve_bones(character, self._session)
+        if self._judge is not None:
+            self._judge.begin(character, joints)
         pose = self._wait_for_pose(character)
         self._devices = {device.pointer: device.name for device in self._connection.newest_status().devices}
         clock = self._clock(character, pose)
@@ -70,14 +79,16 @@ class Player:
         tick = 0
         try:
             self._reset_maps()
+            self._observe(tick)
             while not stop():
                 for hand in hands:
-                    self._act(hand, tick, character, joints)
+                    self._act(hand, tick, character, joints, clock)
                 if tick == ticks:
                     break
                 tick += 1
                 self._pass_tick(hands, tick, clock)
                 self._check_same_server(pose)
+                self._observe(tick)
                 progress(tick / character.pose_hz, ticks / character.pose_hz)
         finally:
             self._let_go(hands)
@@ -89,6 +100,21 @@ class Player:
         for hand in hands:
             hand.advance(tick, clock.end_of_tick())
         clock.tick(lambda: self._send_pointers(hands))
+        if isinstance(clock, LockstepClock) and self._judge is not None:
+            self._wait_for_step(clock.steps_done)
+
+    def _wait_for_step(self, step: int) -> None:
+        """A pose may come behind the reply to the step that made it; one that was lost on the way is sent again."""
+        for _ in range(STEP_ATTEMPTS):
+            if self._bus.wait_until(lambda: self._pose is not None and self._pose.step >= step, RESEND_AFTER_S):
+                return
+            self._connection.command("get_character")
+        raise NoReplyError(f"the pose of step {step} did not arrive from '{self._bus.url}'")
+
+    def _observe(self, tick: int) -> None:
+        if self._judge is not None:
+            assert self._pose is not None
+            self._judge.observe(tick, self._pose, self._sent)
 
     def _clock(self, character: Character, pose: Pose) -> SessionClock:
         if character.clock == "lockstep":
@@ -105,10 +131,15 @@ class Player:
         if self._connection.watch.current != first_pose.server_id:
             raise LayfigureError("the server was restarted in the middle of the session: play it again")
 
-    def _act(self, hand: HandMotion, tick: int, character: Character, joints: dict[str, int]) -> None:
+    def _act(
+        self, hand: HandMotion, tick: int, character: Character, joints: dict[str, int], clock: SessionClock
+    ) -> None:
         for scheduled in hand.due(tick):
             try:
-                self._carry_out(hand, scheduled, character, joints)
+                if isinstance(scheduled.action, Command):
+                    self._command(scheduled.action, tick / character.pose_hz, clock)
+                else:
+                    self._carry_out(hand, scheduled, character, joints)
             except LayfigureError as error:
                 when = f"hand with pointer {hand.pointer} at {tick / character.pose_hz:.2f} s"
                 raise LayfigureError(f"{when}: {error}") from error
@@ -150,6 +181,15 @@ class Player:
                 self._set(hand.holding, "magnet", float(magnet.on))
             case Key():
                 self._connection.command("key")
+
+    def _command(self, command: Command, time_s: float, clock: SessionClock) -> None:
+        reply = self._connection.ask(command.name, *command.arguments)
+        if command.answer is None and not reply.accepted:
+            raise RefusedError(f"the server refuses '{command.name}': {reply.reason}")
+        if command.answer is not None and self._judge is not None:
+            self._judge.answered(command.answer, reply, time_s)
+        if command.name == "step" and reply.accepted:
+            clock.stepped(int(reply.values("steps")[0]))
 
     def _grab(self, hand: HandMotion, grab: Grab, character: Character, joint: int) -> None:
         """Sends the pointer to the bone first: the server keeps the offset that the two have at the grab."""
@@ -227,6 +267,7 @@ class Player:
 
     def _send(self, hand: HandMotion, pointer: int, position: Floats) -> int:
         hand.maps[pointer].sent(position)
+        self._sent.add(pointer)
         return self._connection.send_pointer(pointer, position)
 
     def _point_position(self, character: Character, joint: int, point: Vector) -> Floats:
@@ -267,8 +308,23 @@ def resolve_bones(character: Character, session: Session) -> dict[str, int]:
 
     Raises LayfigureError for an unknown or ambiguous name.
     """
-    bones = [getattr(action, "bone", None) for hand in session.hands for action in hand.actions]
+    named = [action for hand in session.hands for action in hand.actions]
+    quantities = [expectation.quantity for expectation in session.all_expectations]
+    bones = [getattr(each, "bone", None) for each in (*named, *quantities)]
     return {name: _resolve(character, name) for name in bones if name is not None}
+
+
+def check_server(character: Character, wanted: Server) -> None:
+    """Raises LayfigureError if the session is for another server."""
+    if wanted.character is not None and not fnmatch.fnmatchcase(character.name, wanted.character):
+        raise LayfigureError(
+            f"the session is for the character '{wanted.character}', the server has '{character.name}'"
+        )
+    for name in ("clock", "physics_hz", "pose_hz"):
+        value, there = getattr(wanted, name), getattr(character, name)
+        if value is not None and value != there:
+            option = name.replace("_", "-")
+            raise LayfigureError(f"the session needs a server with --{option} {value}, this one has {there}")
 
 
 def _pointer(pointer: int) -> Argument:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+from layfigure.expectation import Expectation, Vector
+from layfigure.protocol import Argument
 
 MAX_POINTERS = 16
 MAX_DURATION_S = 3600.0
@@ -12,10 +16,9 @@ SCALES = (1e-3, 1e3)
 MAX_SOFTNESS = 100.0
 RADII_M = (1e-3, 0.1)
 MAX_FRICTION = 10.0
+CLOCKS = ("realtime", "lockstep")
 SPACES = ("grabbed", "world")
 INTERPOLATIONS = ("minimum-jerk", "linear")
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -115,8 +118,59 @@ class Key:
     pass
 
 
-Action = Wait | Grab | Touch | Pinch | Move | Release | Pin | Unpin | Softness | Scale | Clutch | Magnet | Key
+@dataclass(frozen=True)
+class Mark:
+    """Names this moment for the expectations."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Command:
+    """A message command_t, as it is."""
+
+    name: str
+    arguments: tuple[Argument, ...] = ()
+    answer: Expectation | None = None  # of an Answer; None: the session ends if the command is refused
+
+
+@dataclass(frozen=True)
+class Expect:
+    expectation: Expectation
+
+
+Action = (
+    Wait
+    | Grab
+    | Touch
+    | Pinch
+    | Move
+    | Release
+    | Pin
+    | Unpin
+    | Softness
+    | Scale
+    | Clutch
+    | Magnet
+    | Key
+    | Mark
+    | Command
+    | Expect
+)
 Tool = Grab | Touch | Pinch
+
+
+def duration_of(action: Action) -> float:
+    """[s]"""
+    return action.duration_s if isinstance(action, Wait | Move | Pinch) else 0.0
+
+
+def timed(actions: Sequence[Action]) -> Iterator[tuple[Action, float]]:
+    """Each action with its time from the hand's start [s]."""
+    time_s = 0.0
+    for action in actions:
+        yield action, time_s
+        time_s += duration_of(action)
 
 
 @dataclass(frozen=True)
@@ -137,6 +191,34 @@ class Hand:
 
 
 @dataclass(frozen=True)
+class Server:
+    """What a session needs of its server. None: whatever there is."""
+
+    character: str | None = None  # its name; may hold * and ?
+    clock: str | None = None
+    physics_hz: float | None = None
+    pose_hz: float | None = None
+
+
+@dataclass(frozen=True)
 class Session:
     title: str
     hands: tuple[Hand, ...]
+    server: Server = Server()
+    expectations: tuple[Expectation, ...] = ()  # those with a window
+
+    @property
+    def duration_s(self) -> float:
+        return max(sum(map(duration_of, hand.actions)) for hand in self.hands)
+
+    @property
+    def all_expectations(self) -> tuple[Expectation, ...]:
+        """The hands' own first."""
+        own: list[Expectation] = []
+        for hand in self.hands:
+            for action in hand.actions:
+                if isinstance(action, Expect):
+                    own.append(action.expectation)
+                elif isinstance(action, Command) and action.answer is not None:
+                    own.append(action.answer)
+        return (*own, *self.expectations)

@@ -23,6 +23,9 @@ class SessionClock(Protocol):
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
         """Sends the pointers to where they are to be at the tick's end, and lets the tick pass."""
 
+    def stepped(self, steps_done: int) -> None:
+        """The session has ordered steps itself, up to that number."""
+
 
 class LockstepClock:
     """A tick is the steps up to the server's next pose: pose k comes after step ceil(k physics_hz / pose_hz)."""
@@ -40,6 +43,10 @@ class LockstepClock:
         next_pose = math.floor(self._steps_done / self._steps_per_pose) + 1
         return math.ceil(next_pose * self._steps_per_pose)
 
+    @property
+    def steps_done(self) -> int:
+        return self._steps_done
+
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
         count = Argument("count", values=(self._next_pose_step() - self._steps_done,))
         for attempt in range(STEP_ATTEMPTS):
@@ -53,6 +60,9 @@ class LockstepClock:
                 if attempt == STEP_ATTEMPTS - 1:
                     raise
         self._steps_done = int(reply.values("steps")[0])
+
+    def stepped(self, steps_done: int) -> None:
+        self._steps_done = steps_done
 
 
 class RealtimeClock:
@@ -74,3 +84,6 @@ class RealtimeClock:
         self._connection.bus.wait_until(lambda: False, remaining)
         if self._connection.watch.silent:
             raise LayfigureError(f"lost the server at '{self._connection.bus.url}'")
+
+    def stepped(self, steps_done: int) -> None:
+        """A server in realtime refuses steps."""

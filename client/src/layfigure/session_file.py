@@ -34,6 +34,29 @@ magnet = true. move moves a fingertip, or a pinch as a whole, and release puts i
       { scale = 2.0 },                                 # the hand's moves are twice as large in the world
       { clutch = true }, { clutch = false },           # between them the hand moves and the doll does not: grips anew
 
+      { mark = "up" },                                 # names this moment for the expectations below
+      { command = "set", arguments = { softness = 0.5 } },
+                                                       # any command of the server as it is: texts, numbers, lists of
+                                                       # numbers, true and false. The session ends if it is refused,
+                                                       # unless it says accepted = true, refused = "some words of the
+                                                       # reason", or the bounds of a number of its reply: result =
+                                                       # "steps", is = 7; all three are judged as expectations
+
+A session may say what server it is for, and is then refused on another one:
+
+    [server]                      # all may be left out
+    character = "doll"            # its name; * and ? stand for anything
+    clock = "lockstep"
+    physics_hz = 1000
+    pose_hz = 60
+
+What it expects is checked when the file is read, and judged by `layfigure play --expect`:
+
+    [[expect]]
+    by = 2.5                      # s of the session
+    torque = "LeftArm"
+    at_least = 0.5                # N m
+
 Anything that is not listed here is refused.
 """
 
@@ -47,12 +70,15 @@ from pathlib import Path
 from typing import Any
 
 from layfigure.errors import LayfigureError
+from layfigure.expectation import Expectation, Moment, Rate
+from layfigure.expectation_file import BOUNDS, WINDOWS, ExpectationReader, references
+from layfigure.protocol import Argument
 from layfigure.session import (
+    CLOCKS,
     HOLDS,
     INTERPOLATIONS,
     MAX_DURATION_S,
     MAX_FRICTION,
-    MAX_POINTERS,
     MAX_SOFTNESS,
     MODES,
     RADII_M,
@@ -60,25 +86,31 @@ from layfigure.session import (
     SPACES,
     Action,
     Clutch,
+    Command,
+    Expect,
     Fingertip,
     Grab,
     Hand,
     Key,
     Magnet,
+    Mark,
     Move,
     Pin,
     Pinch,
     Release,
     Scale,
+    Server,
     Session,
     Softness,
     Tool,
     Touch,
     Unpin,
-    Vector,
     Wait,
+    timed,
 )
+from layfigure.session_tables import TableReader
 
+MOMENT_ROUNDING_S = 1e-9  # of durations that are summed
 FINGERTIP_OPTIONS = ("radius", "friction", "stiffness", "damping", "magnet")
 
 
@@ -95,10 +127,10 @@ def load_session(path: Path) -> Session:
         raise LayfigureError(f"'{path}' is not TOML: {error}") from error
 
 
-class _Reader:
+class _Reader(TableReader):
     def __init__(self, path: Path, text: str) -> None:
-        self._path = path
-        self._text = text
+        super().__init__(path, text)
+        self._expectations = ExpectationReader(self)
         self._readers: dict[str, Callable[[dict[str, Any], str], Action]] = {
             "wait": self._wait,
             "grab": self._grab,
@@ -113,43 +145,119 @@ class _Reader:
             "clutch": lambda table, where: Clutch(self._flag(table, "clutch", where)),
             "magnet": lambda table, where: Magnet(self._flag(table, "magnet", where)),
             "key": self._key,
+            "mark": self._mark,
+            "command": self._command,
+            "expect": self._expect,
         }
 
     def session(self, table: dict[str, Any]) -> Session:
-        self._refuse_unknown(table, {"title", "hand"}, "the session")
-        title = table.get("title", "")
-        if not isinstance(title, str):
-            raise self._error("title", f"is {title!r}, expected a text")
+        self.refuse_unknown(table, {"title", "server", "hand", "expect"}, "the session")
+        title = self.text(table.get("title", ""), "title")
         hands = table.get("hand")
         if not isinstance(hands, list) or not hands or not all(isinstance(hand, dict) for hand in hands):
-            raise self._error("the session", "needs at least one [[hand]]")
+            raise self.error("the session", "needs at least one [[hand]]")
         read = tuple(self._hand(hand, f"hand {number}") for number, hand in enumerate(hands, 1))
         taken: set[int] = set()
         for number, hand in enumerate(read, 1):
             for pointer in hand.pointers:
                 if pointer in taken:
-                    raise self._error(f"hand {number}", f"pointer {pointer} is an earlier hand's; give each its own")
+                    raise self.error(f"hand {number}", f"pointer {pointer} is an earlier hand's; give each its own")
             taken.update(hand.pointers)
         self._check_pins(read)
-        return Session(title, read)
+        session = Session(title, read, self._server(table.get("server", {})), self._expected(table.get("expect", [])))
+        self._check_moments(session)
+        return session
+
+    def _server(self, table: Any) -> Server:
+        if not isinstance(table, dict):
+            raise self.error("server", f"is {table!r}, expected a table [server]", "server")
+        self.refuse_unknown(table, {"character", "clock", "physics_hz", "pose_hz"}, "server")
+        rates = {
+            name: self.number(table[name], f"server, {name}", math.ulp(0.0), math.inf)
+            for name in ("physics_hz", "pose_hz")
+            if name in table
+        }
+        character = self.text(table["character"], "server, character") if "character" in table else None
+        clock = self.choice(table, "clock", CLOCKS, "server") if "clock" in table else None
+        return Server(character, clock, **rates)
+
+    def _expected(self, tables: Any) -> tuple[Expectation, ...]:
+        if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+            raise self.error("expect", f"is {tables!r}, expected tables [[expect]]", "expect")
+        starts: list[int | None] = [
+            match.start(1) for match in re.finditer(r"^[ \t]*(\[\[expect\]\])", self._text, re.MULTILINE)
+        ]
+        if len(starts) != len(tables):  # written another way: their lines are not known
+            starts = [None] * len(tables)
+        return tuple(
+            ExpectationReader(TableReader(self._path, self._text, start)).table(table, f"expect {number}")
+            for number, (start, table) in enumerate(zip(starts, tables, strict=True), 1)
+        )
+
+    def _check_moments(self, session: Session) -> None:
+        """Each moment is in the session, and what is compared with another moment is judged after it."""
+        marks = self._marks(session)
+        for hand in session.hands:
+            for action, time_s in timed(hand.actions):
+                if isinstance(action, Expect):
+                    self._check_expectation(action.expectation, (time_s, time_s), marks, session.duration_s)
+        for expectation in session.expectations:
+            assert expectation.window is not None
+            self._check_expectation(
+                expectation, (expectation.window.first, expectation.window.last), marks, session.duration_s
+            )
+
+    def _check_expectation(
+        self, expectation: Expectation, window: tuple[Moment, Moment], marks: dict[str, float], end_s: float
+    ) -> None:
+        place = expectation.place if expectation.line is None else f"line {expectation.line}, {expectation.place}"
+        first, last = (self._seconds(moment, marks, end_s, place) for moment in window)
+        if last < first or (last == first and isinstance(expectation.quantity, Rate)):
+            raise self.error(place, f"ends at {last:g} s, but begins at {first:g} s")
+        for moment in references(expectation.quantity):
+            since = self._seconds(moment, marks, end_s, place)
+            if since > first:
+                raise self.error(place, f"is judged from {first:g} s on, but compares with {since:g} s, which is later")
+
+    def _seconds(self, moment: Moment, marks: dict[str, float], end_s: float, place: str) -> float:
+        if isinstance(moment, str):
+            if moment not in marks:
+                known = f"there are {', '.join(marks)}" if marks else "there is none"
+                raise self.error(place, f"names the mark '{moment}', which no step makes: {known}")
+            return marks[moment]
+        if moment > end_s + MOMENT_ROUNDING_S:
+            raise self.error(place, f"names {moment:g} s, but the session ends at {end_s:g} s")
+        return moment
+
+    def _marks(self, session: Session) -> dict[str, float]:
+        marks: dict[str, float] = {}
+        for number, hand in enumerate(session.hands, 1):
+            for action, time_s in timed(hand.actions):
+                if isinstance(action, Mark):
+                    if action.name in marks:
+                        raise self.error(
+                            f"hand {number}", f"makes the mark '{action.name}' again; give each its own name"
+                        )
+                    marks[action.name] = time_s
+        return marks
 
     def _check_pins(self, hands: tuple[Hand, ...]) -> None:
         pinned = {action.bone for hand in hands for action in hand.actions if isinstance(action, Pin)}
         for number, hand in enumerate(hands, 1):
             for action in hand.actions:
                 if isinstance(action, Unpin) and action.bone is not None and action.bone not in pinned:
-                    raise self._error(f"hand {number}", f"unpins '{action.bone}', which no hand of the session pins")
+                    raise self.error(f"hand {number}", f"unpins '{action.bone}', which no hand of the session pins")
 
     def _hand(self, table: dict[str, Any], where: str) -> Hand:
-        self._refuse_unknown(table, {"pointer", "do"}, where)
-        pointer = self._pointer(table.get("pointer"), f"{where}, pointer")
+        self.refuse_unknown(table, {"pointer", "do"}, where)
+        pointer = self.pointer(table.get("pointer"), f"{where}, pointer")
         do = table.get("do")
         if not isinstance(do, list) or not do or not all(isinstance(action, dict) for action in do):
-            raise self._error(where, "needs a list `do` of actions, such as { wait = 0.5 }")
+            raise self.error(where, "needs a list `do` of actions, such as { wait = 0.5 }")
         actions = tuple(self._action(action, f"{where}, action {number}") for number, action in enumerate(do, 1))
         for number, action in enumerate(actions, 1):
             if isinstance(action, Pinch) and action.second == pointer:
-                raise self._error(f"{where}, action {number} (pinch), with", f"is {pointer}, the hand's own pointer")
+                raise self.error(f"{where}, action {number} (pinch), with", f"is {pointer}, the hand's own pointer")
         self._check_order(actions, where)
         return Hand(pointer, actions)
 
@@ -157,7 +265,7 @@ class _Reader:
         names = [name for name in self._readers if name in table and not self._is_option(name, table)]
         if len(names) != 1:
             found = " and ".join(names) or ", ".join(map(repr, table)) or "nothing"
-            raise self._error(where, f"is {found}, expected one of {', '.join(self._readers)}", next(iter(table), ""))
+            raise self.error(where, f"is {found}, expected one of {', '.join(self._readers)}", next(iter(table), ""))
         return self._readers[names[0]](table, f"{where} ({names[0]})")
 
     def _is_option(self, name: str, table: dict[str, Any]) -> bool:
@@ -165,49 +273,49 @@ class _Reader:
         return name == "magnet" and ("touch" in table or "pinch" in table)
 
     def _wait(self, table: dict[str, Any], where: str) -> Wait:
-        self._refuse_unknown(table, {"wait"}, where)
-        return Wait(self._number(table["wait"], where, 0.0, MAX_DURATION_S))
+        self.refuse_unknown(table, {"wait"}, where)
+        return Wait(self.number(table["wait"], where, 0.0, MAX_DURATION_S))
 
     def _grab(self, table: dict[str, Any], where: str) -> Grab:
-        self._refuse_unknown(table, {"grab", "point", "mode", "stiffness", "damping"}, where)
-        bone = self._bone(table["grab"], where)
+        self.refuse_unknown(table, {"grab", "point", "mode", "stiffness", "damping"}, where)
+        bone = self.bone(table["grab"], where)
         optional: dict[str, Any] = {}
         if "point" in table:
-            optional["point"] = self._vector(table["point"], f"{where}, point")
+            optional["point"] = self.vector(table["point"], f"{where}, point")
         for name, least in (("stiffness", math.ulp(0.0)), ("damping", 0.0)):
             if name in table:
-                optional[name] = self._number(table[name], f"{where}, {name}", least, math.inf)
-        return Grab(bone, mode=self._choice(table, "mode", MODES, where), **optional)
+                optional[name] = self.number(table[name], f"{where}, {name}", least, math.inf)
+        return Grab(bone, mode=self.choice(table, "mode", MODES, where), **optional)
 
     def _touch(self, table: dict[str, Any], where: str) -> Touch:
-        self._refuse_unknown(table, {"touch", "from", "point", *FINGERTIP_OPTIONS}, where)
+        self.refuse_unknown(table, {"touch", "from", "point", *FINGERTIP_OPTIONS}, where)
         if "from" not in table:
-            raise self._error(where, "needs `from`, how far from the bone the fingertip comes out [x, y, z]")
+            raise self.error(where, "needs `from`, how far from the bone the fingertip comes out [x, y, z]")
         return Touch(
-            bone=self._bone(table["touch"], where),
-            offset=self._vector(table["from"], f"{where}, from"),
-            point=self._point(table, where),
+            bone=self.bone(table["touch"], where),
+            offset=self.vector(table["from"], f"{where}, from"),
+            point=self.point(table, where),
             fingertip=self._fingertip(table, where),
         )
 
     def _pinch(self, table: dict[str, Any], where: str) -> Pinch:
         needed = ("with", "along", "width", "close", "over")
-        self._refuse_unknown(table, {"pinch", "point", *needed, *FINGERTIP_OPTIONS}, where)
+        self.refuse_unknown(table, {"pinch", "point", *needed, *FINGERTIP_OPTIONS}, where)
         for name in needed:
             if name not in table:
-                raise self._error(where, f"needs `{name}`")
-        along = self._vector(table["along"], f"{where}, along")
+                raise self.error(where, f"needs `{name}`")
+        along = self.vector(table["along"], f"{where}, along")
         if along == (0.0, 0.0, 0.0):
-            raise self._error(f"{where}, along", "is no direction")
-        width = self._number(table["width"], f"{where}, width", math.ulp(0.0), math.inf)
+            raise self.error(f"{where}, along", "is no direction")
+        width = self.number(table["width"], f"{where}, width", math.ulp(0.0), math.inf)
         return Pinch(
-            bone=self._bone(table["pinch"], where),
-            second=self._pointer(table["with"], f"{where}, with"),
+            bone=self.bone(table["pinch"], where),
+            second=self.pointer(table["with"], f"{where}, with"),
             along=along,
             width=width,
-            close=self._number(table["close"], f"{where}, close", 0.0, width),
-            duration_s=self._number(table["over"], f"{where}, over", math.ulp(0.0), MAX_DURATION_S),
-            point=self._point(table, where),
+            close=self.number(table["close"], f"{where}, close", 0.0, width),
+            duration_s=self.number(table["over"], f"{where}, over", math.ulp(0.0), MAX_DURATION_S),
+            point=self.point(table, where),
             fingertip=self._fingertip(table, where),
         )
 
@@ -219,60 +327,100 @@ class _Reader:
             "damping": (0.0, math.inf),
         }
         optional: dict[str, Any] = {
-            name: self._number(table[name], f"{where}, {name}", *ranges[name]) for name in ranges if name in table
+            name: self.number(table[name], f"{where}, {name}", *ranges[name]) for name in ranges if name in table
         }
         if "magnet" in table:
-            optional["magnet"] = self._boolean(table["magnet"], f"{where}, magnet")
+            optional["magnet"] = self.boolean(table["magnet"], f"{where}, magnet")
         return Fingertip(**optional)
 
     def _pin(self, table: dict[str, Any], where: str) -> Pin:
-        self._refuse_unknown(table, {"pin", "point", "mode", "hold"}, where)
+        self.refuse_unknown(table, {"pin", "point", "mode", "hold"}, where)
         return Pin(
-            bone=self._bone(table["pin"], where),
-            point=self._point(table, where) if "point" in table else None,
-            mode=self._choice(table, "mode", MODES, where),
-            hold=self._choice(table, "hold", HOLDS, where),
+            bone=self.bone(table["pin"], where),
+            point=self.point(table, where) if "point" in table else None,
+            mode=self.choice(table, "mode", MODES, where),
+            hold=self.choice(table, "hold", HOLDS, where),
         )
 
     def _unpin(self, table: dict[str, Any], where: str) -> Unpin:
-        self._refuse_unknown(table, {"unpin"}, where)
+        self.refuse_unknown(table, {"unpin"}, where)
         if table["unpin"] is True:
             return Unpin(None)
-        return Unpin(self._bone(table["unpin"], where, "the name of a bone, or true for all"))
+        return Unpin(self.bone(table["unpin"], where, "the name of a bone, or true for all"))
 
     def _softness(self, table: dict[str, Any], where: str) -> Softness:
-        self._refuse_unknown(table, {"softness", "bone"}, where)
-        factor = self._number(table["softness"], where, 0.0, MAX_SOFTNESS)
-        return Softness(factor, self._bone(table["bone"], f"{where}, bone") if "bone" in table else None)
+        self.refuse_unknown(table, {"softness", "bone"}, where)
+        factor = self.number(table["softness"], where, 0.0, MAX_SOFTNESS)
+        return Softness(factor, self.bone(table["bone"], f"{where}, bone") if "bone" in table else None)
 
     def _scale(self, table: dict[str, Any], where: str) -> Scale:
-        self._refuse_unknown(table, {"scale"}, where)
-        return Scale(self._number(table["scale"], where, *SCALES))
+        self.refuse_unknown(table, {"scale"}, where)
+        return Scale(self.number(table["scale"], where, *SCALES))
 
     def _flag(self, table: dict[str, Any], name: str, where: str) -> bool:
-        self._refuse_unknown(table, {name}, where)
-        return self._boolean(table[name], where)
+        self.refuse_unknown(table, {name}, where)
+        return self.boolean(table[name], where)
 
     def _move(self, table: dict[str, Any], where: str) -> Move:
-        self._refuse_unknown(table, {"move", "over", "space", "interpolation"}, where)
+        self.refuse_unknown(table, {"move", "over", "space", "interpolation"}, where)
         if "over" not in table:
-            raise self._error(where, "needs `over`, the seconds it takes")
+            raise self.error(where, "needs `over`, the seconds it takes")
         return Move(
-            to=self._vector(table["move"], where),
-            duration_s=self._number(table["over"], f"{where}, over", math.ulp(0.0), MAX_DURATION_S),
-            space=self._choice(table, "space", SPACES, where),
-            interpolation=self._choice(table, "interpolation", INTERPOLATIONS, where),
+            to=self.vector(table["move"], where),
+            duration_s=self.number(table["over"], f"{where}, over", math.ulp(0.0), MAX_DURATION_S),
+            space=self.choice(table, "space", SPACES, where),
+            interpolation=self.choice(table, "interpolation", INTERPOLATIONS, where),
         )
 
     def _release(self, table: dict[str, Any], where: str) -> Release:
-        self._refuse_unknown(table, {"release"}, where)
-        self._true(table["release"], where)
+        self.refuse_unknown(table, {"release"}, where)
+        self.true(table["release"], where)
         return Release()
 
     def _key(self, table: dict[str, Any], where: str) -> Key:
-        self._refuse_unknown(table, {"key"}, where)
-        self._true(table["key"], where)
+        self.refuse_unknown(table, {"key"}, where)
+        self.true(table["key"], where)
         return Key()
+
+    def _mark(self, table: dict[str, Any], where: str) -> Mark:
+        self.refuse_unknown(table, {"mark"}, where)
+        name = self.text(table["mark"], where)
+        if not name:
+            raise self.error(where, "is empty, expected a name")
+        return Mark(name)
+
+    def _command(self, table: dict[str, Any], where: str) -> Command:
+        answers = {"accepted", "refused", "result", "tolerance", *BOUNDS}
+        self.refuse_unknown(table, {"command", "arguments", *answers}, where)
+        name = self.text(table["command"], where)
+        if not name:
+            raise self.error(where, "is empty, expected the name of a command")
+        given = table.get("arguments", {})
+        if not isinstance(given, dict):
+            raise self.error(f"{where}, arguments", f"is {given!r}, expected a table {{ name = value }}")
+        arguments = tuple(self._argument(key, value, f"{where}, {key}") for key, value in given.items())
+        return Command(name, arguments, self._expectations.answer(table, where))
+
+    def _argument(self, name: str, value: Any, where: str) -> Argument:
+        """Any number goes: a session may try what the server says to NaN."""
+        if isinstance(value, str):
+            return Argument(name, text=value)
+        values = value if isinstance(value, list) else [value]
+        if not all(isinstance(each, bool | int | float) for each in values):
+            raise self.error(where, f"is {value!r}, expected a text, a number, numbers, true or false")
+        return Argument(name, values=tuple(map(float, values)))
+
+    def _expect(self, table: dict[str, Any], where: str) -> Expect:
+        self.refuse_unknown(table, {"expect"}, where)
+        expected = table["expect"]
+        if not isinstance(expected, dict):
+            raise self.error(where, f'is {expected!r}, expected a table such as {{ yielded = "LeftArm", is = true }}')
+        for name in WINDOWS:
+            if name in expected:
+                raise self.error(where, f"has `{name}`, but is judged at its own moment; use [[expect]]", name)
+        if "rate" in expected:
+            raise self.error(where, "counts messages over a time; use [[expect]] with `during`", "rate")
+        return Expect(self._expectations.step(expected, where))
 
     def _check_order(self, actions: tuple[Action, ...], where: str) -> None:
         held: Tool | None = None
@@ -284,74 +432,21 @@ class _Reader:
                     if held is not None:
                         verb = {Grab: "grabs", Touch: "touches", Pinch: "pinches"}[type(action)]
                         reason = f"{verb} '{action.bone}' while the hand holds '{held.bone}'; release it first"
-                        raise self._error(place, reason)
+                        raise self.error(place, reason)
                     if clutched:
-                        raise self._error(place, "needs the clutch off: its pointer would not get there")
+                        raise self.error(place, "needs the clutch off: its pointer would not get there")
                     held = action
                 case Move() | Release() if held is None:
-                    raise self._error(place, "needs the hand to hold something; grab a bone first")
+                    raise self.error(place, "needs the hand to hold something; grab a bone first")
                 case Move() if clutched and action.space == "world":
-                    raise self._error(place, "cannot go to a place in the world while the clutch is held")
+                    raise self.error(place, "cannot go to a place in the world while the clutch is held")
                 case Release():
                     held = None
                 case Magnet() if not isinstance(held, Touch | Pinch):
-                    raise self._error(place, "needs a fingertip that is out; touch or pinch first")
+                    raise self.error(place, "needs a fingertip that is out; touch or pinch first")
                 case Clutch():
                     clutched = action.held
         if held is not None:
-            raise self._error(where, f"still holds '{held.bone}' at its end; add {{ release = true }}")
+            raise self.error(where, f"still holds '{held.bone}' at its end; add {{ release = true }}")
         if clutched:
-            raise self._error(where, "still holds the clutch at its end; add { clutch = false }")
-
-    def _refuse_unknown(self, table: dict[str, Any], known: set[str], where: str) -> None:
-        for name in table:
-            if name not in known:
-                raise self._error(where, f"has an unknown '{name}', expected {', '.join(sorted(known))}", name)
-
-    def _number(self, value: Any, where: str, least: float, most: float) -> float:
-        if type(value) not in (int, float) or not math.isfinite(value) or not least <= value <= most:
-            bound = "more than 0" if 0.0 < least < 1e-300 else f"at least {least:g}"
-            above = "" if math.isinf(most) else f", at most {most:g}"
-            raise self._error(where, f"is {value!r}, expected a number of {bound}{above}")
-        return float(value)
-
-    def _pointer(self, value: Any, where: str) -> int:
-        if type(value) is not int or not 0 <= value < MAX_POINTERS:
-            raise self._error(where, f"is {value!r}, expected a whole number 0 to {MAX_POINTERS - 1}")
-        return value
-
-    def _bone(self, value: Any, where: str, expected: str = "the name of a bone") -> str:
-        if not isinstance(value, str) or not value:
-            raise self._error(where, f"is {value!r}, expected {expected}")
-        return value
-
-    def _point(self, table: dict[str, Any], where: str) -> Vector:
-        return self._vector(table["point"], f"{where}, point") if "point" in table else (0.0, 0.0, 0.0)
-
-    def _boolean(self, value: Any, where: str) -> bool:
-        if not isinstance(value, bool):
-            raise self._error(where, f"is {value!r}, expected true or false")
-        return value
-
-    def _vector(self, value: Any, where: str) -> Vector:
-        if not isinstance(value, list) or len(value) != 3:
-            raise self._error(where, f"is {value!r}, expected three numbers [x, y, z]")
-        x, y, z = (self._number(component, where, -math.inf, math.inf) for component in value)
-        return (x, y, z)
-
-    def _choice(self, table: dict[str, Any], name: str, choices: tuple[str, ...], where: str) -> str:
-        value = table.get(name, choices[0])
-        if value not in choices:
-            raise self._error(f"{where}, {name}", f"is {value!r}, expected {' or '.join(choices)}")
-        return str(value)
-
-    def _true(self, value: Any, where: str) -> None:
-        if value is not True:
-            raise self._error(where, f"is {value!r}, expected true")
-
-    def _error(self, where: str, what: str, key: str = "") -> LayfigureError:
-        """`key` finds the line: TOML's reader does not keep it."""
-        pattern = rf"(?:^|[\s{{,\[\.]){re.escape(key)}[\"']?\s*(?:=|\])"
-        match = re.search(pattern, self._text, re.MULTILINE) if key else None
-        line = f":{self._text.count(chr(10), 0, match.end()) + 1}" if match else ""
-        return LayfigureError(f"{self._path}{line}: {where} {what}")
+            raise self.error(where, "still holds the clutch at its end; add { clutch = false }")
