@@ -72,7 +72,7 @@ def measure(quantity: Quantity, sample: Sample, joints: Mapping[str, int], refer
     character, pose = sample.character, sample.pose
     match quantity:
         case Position(bone, target, point):
-            return _distance(sample.point(joints[bone], point), _origin(reference, joints[bone], point) + target)
+            return _distance(sample.point(joints[bone], point) - _origin(reference, joints[bone], point), target)
         case Moved(bone, _, point):
             here = sample.point(joints[bone], point)
             return Seen(float(np.linalg.norm(here - _origin(reference, joints[bone], point))))
@@ -130,7 +130,7 @@ def _origin(reference: Reference | None, joint: int, point: Vector) -> Floats:
     return np.zeros(3) if reference is None else reference.sample.point(joint, point)
 
 
-def _distance(here: Floats, there: Floats) -> Seen:
+def _distance(here: Floats, there: Vector) -> Seen:
     return Seen(float(np.linalg.norm(here - there)), f"it is at [{', '.join(f'{x:.4f}' for x in here)}]")
 
 
