@@ -162,14 +162,17 @@ def _contact(sample: Sample, pointer: int, joint: int | None) -> Seen:
     return Seen(float(joint is None or force.joint == joint), f"it touches '{touched}'")
 
 
+def _differences_deg(a: Floats, b: Floats) -> Floats:
+    """Exactly 0 where nothing differs: the angle's own rounding would hide what is the same to the last bit."""
+    return np.where((a == b).all(axis=1), 0.0, np.degrees(rotation.angle_between(a, b)))
+
+
 def _difference(sample: Sample, reference: Reference | None) -> Seen:
     assert reference is not None
     former = reference.sample.pose
-    angles = np.degrees(
-        np.maximum(
-            rotation.angle_between(former.rotations, sample.pose.rotations),
-            rotation.angle_between(former.rest_rotations, sample.pose.rest_rotations),
-        )
+    angles = np.maximum(
+        _differences_deg(former.rotations, sample.pose.rotations),
+        _differences_deg(former.rest_rotations, sample.pose.rest_rotations),
     )
     largest = int(np.argmax(angles))
     return Seen(float(angles[largest]), f"of '{sample.character.joints[largest].name}'")
