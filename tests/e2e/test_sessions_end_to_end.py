@@ -161,19 +161,14 @@ def test_play_expect_tells_each_failure_and_writes_junit(
     assert result.returncode == 1
     failure, summary = result.stderr.splitlines()
     assert re.fullmatch(
-        r"hold\.toml:12: expect 1 'too far' at 0\.250 s: expected distance of 'hand\.L' from \[0, 0, 0\] at most 0\.1 m, "
-        r"saw 0\.\d+ m \(it is at \[.*\]\): 0\.\d+ m too much",
+        r"hold\.toml:13: expect 1 'too far' at 0\.250 s: expected distance of 'hand\.L' from \[0, 0, 0\] "
+        r"at most 0\.1 m, saw 0\.\d+ m \(it is at \[.*\]\): 0\.\d+ m too much",
         failure,
     )
     assert summary == "layfigure: 7 expectations, 1 failed"
     assert result.stdout.splitlines()[0] == "hold.toml: played 0.50 s, 2 expectations, 1 failed"
     first, second = ET.parse(tmp_path / "report.xml").getroot()
-    assert (first.get("name"), first.get("tests"), first.get("failures"), first.get("errors")) == (
-        "Hold <on>",
-        "3",
-        "1",
-        "0",
-    )
+    assert [first.get(key) for key in ("name", "tests", "failures", "errors")] == ["Hold <on>", "3", "1", "0"]
     assert [case.find("failure") is not None for case in first] == [False, False, True]
     assert failure == first[2].find("failure").text
     assert (second.get("failures"), second.get("errors")) == ("0", "0")
@@ -199,7 +194,7 @@ def test_play_session_for_another_server_is_refused_and_the_next_is_played(
     assert result.returncode == 1
     told, summary = result.stderr.splitlines()
     assert told == f"{other}: the session needs a server with --pose-hz 240, this one has 60"
-    assert summary == "layfigure: 8 expectations, 3 failed; 1 of 2 sessions not played to the end"
+    assert summary == "layfigure: 7 expectations, 2 failed; 1 of 2 sessions not played to the end"
 
 
 def test_play_expect_unknown_bone_is_told_before_anything_moves(
@@ -229,7 +224,7 @@ def test_play_expect_server_that_dies_is_reported_and_nothing_waits(
     code, output, errors = player.finish()
     assert (code, output) == (1, "")
     failure, lost, skipped, summary = errors.splitlines()
-    assert failure.startswith("hold.toml:12: expect 1 'too far' at 0.250 s")
+    assert failure.startswith("hold.toml:13: expect 1 'too far' at 0.250 s")
     assert lost.startswith("hold.toml: ")
     assert "lost the connection" in lost
     assert skipped == f"{GOOD}: not played: the server is gone"

@@ -301,10 +301,5 @@ def references(quantity: Quantity) -> tuple[Moment, ...]:
     return () if since is None else (since,)
 
 
-def resolve_moment(moment: Moment, marks: dict[str, float]) -> float:
-    """Raises KeyError for a mark that there is not."""
-    return marks[moment] if isinstance(moment, str) else moment
-
-
 def _or(names: Iterable[str]) -> str:
     return ", ".join(names)

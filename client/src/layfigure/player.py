@@ -320,11 +320,13 @@ def check_server(character: Character, wanted: Server) -> None:
         raise LayfigureError(
             f"the session is for the character '{wanted.character}', the server has '{character.name}'"
         )
-    for name in ("clock", "physics_hz", "pose_hz"):
+    if wanted.clock is not None and wanted.clock != character.clock:
+        raise LayfigureError(f"the session needs a server with --clock {wanted.clock}, this one has {character.clock}")
+    for name in ("physics_hz", "pose_hz"):
         value, there = getattr(wanted, name), getattr(character, name)
         if value is not None and value != there:
             option = name.replace("_", "-")
-            raise LayfigureError(f"the session needs a server with --{option} {value}, this one has {there}")
+            raise LayfigureError(f"the session needs a server with --{option} {value:g}, this one has {there:g}")
 
 
 def _pointer(pointer: int) -> Argument:

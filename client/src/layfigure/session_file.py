@@ -210,24 +210,28 @@ class _Reader(TableReader):
     def _check_expectation(
         self, expectation: Expectation, window: tuple[Moment, Moment], marks: dict[str, float], end_s: float
     ) -> None:
-        place = expectation.place if expectation.line is None else f"line {expectation.line}, {expectation.place}"
-        first, last = (self._seconds(moment, marks, end_s, place) for moment in window)
+        first, last = (self._seconds(moment, marks, end_s, expectation) for moment in window)
         if last < first or (last == first and isinstance(expectation.quantity, Rate)):
-            raise self.error(place, f"ends at {last:g} s, but begins at {first:g} s")
+            raise self._fault(expectation, f"ends at {last:g} s, but begins at {first:g} s")
         for moment in references(expectation.quantity):
-            since = self._seconds(moment, marks, end_s, place)
+            since = self._seconds(moment, marks, end_s, expectation)
             if since > first:
-                raise self.error(place, f"is judged from {first:g} s on, but compares with {since:g} s, which is later")
+                raise self._fault(
+                    expectation, f"is judged from {first:g} s on, but compares with {since:g} s, which is later"
+                )
 
-    def _seconds(self, moment: Moment, marks: dict[str, float], end_s: float, place: str) -> float:
+    def _seconds(self, moment: Moment, marks: dict[str, float], end_s: float, expectation: Expectation) -> float:
         if isinstance(moment, str):
             if moment not in marks:
                 known = f"there are {', '.join(marks)}" if marks else "there is none"
-                raise self.error(place, f"names the mark '{moment}', which no step makes: {known}")
+                raise self._fault(expectation, f"names the mark '{moment}', which no step makes: {known}")
             return marks[moment]
         if moment > end_s + MOMENT_ROUNDING_S:
-            raise self.error(place, f"names {moment:g} s, but the session ends at {end_s:g} s")
+            raise self._fault(expectation, f"names {moment:g} s, but the session ends at {end_s:g} s")
         return moment
+
+    def _fault(self, expectation: Expectation, what: str) -> LayfigureError:
+        return self.error(expectation.place, what, line=expectation.line)
 
     def _marks(self, session: Session) -> dict[str, float]:
         marks: dict[str, float] = {}

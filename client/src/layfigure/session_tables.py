@@ -73,11 +73,12 @@ class TableReader:
         """On which the table begins, if that is known."""
         return None if self._start is None else self._line_of(self._start)
 
-    def error(self, where: str, what: str, key: str = "") -> LayfigureError:
-        """`key` finds the line, from where the table begins: TOML's reader does not keep it."""
+    def error(self, where: str, what: str, key: str = "", line: int | None = None) -> LayfigureError:
+        """Where the line is not given, `key` finds it from where the table begins: TOML's reader does not keep it."""
         pattern = rf"(?:^|[\s{{,\[\.]){re.escape(key)}[\"']?\s*(?:=|\])"
         match = re.compile(pattern, re.MULTILINE).search(self._text, self._start or 0) if key else None
-        line = self._line_of(match.end()) if match else self.line
+        if line is None:
+            line = self._line_of(match.end()) if match else self.line
         return LayfigureError(f"{self._path}{'' if line is None else f':{line}'}: {where} {what}")
 
     def _line_of(self, position: int) -> int:

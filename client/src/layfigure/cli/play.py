@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
             with open_bus(options) as bus, ProgressLine() as progress:
                 played_s = Player(bus, session).play(stop, progress.show_part)
             if stop.raised:
-                raise LayfigureError(_interruption(path, played_s))
+                raise LayfigureError(f"interrupted after {played_s:.2f} s of '{path}'; the hands have let go")
             print(f"{path}: played {played_s:.2f} s")
 
 
@@ -74,7 +74,7 @@ def _judge_all(options: argparse.Namespace, sessions: list[tuple[Path, Session]]
     with StopFlag() as stop:
         for path, session in sessions:
             if played and (stop.raised or played[-1].lost):
-                reason = "interrupted before it" if stop.raised else "not played: the server is gone"
+                reason = "not played: interrupted" if stop.raised else "not played: the server is gone"
                 one = Played(path, session.title, 0.0, tuple(unjudged(session)), reason)
             else:
                 one = _judge_one(options, path, session, stop)
@@ -101,11 +101,11 @@ def _judge_one(options: argparse.Namespace, path: Path, session: Session, stop: 
             judge = Judge(bus, session)
             Player(bus, session, judge).play(stop, show)
         if stop.raised:
-            error = _interruption(path, played_s)
+            error = f"interrupted after {played_s:.2f} s; the hands have let go"
     except (BusError, NoReplyError) as problem:
-        error, lost = f"{path}: {problem}", True
+        error, lost = str(problem), True
     except LayfigureError as problem:
-        error = f"{path}: {problem}"
+        error = str(problem)
     verdicts = unjudged(session) if judge is None else judge.verdicts()
     return Played(path, session.title, played_s, tuple(verdicts), error, lost)
 
@@ -115,10 +115,6 @@ def _tell(played: Played) -> None:
         if verdict.time_s is not None or not played.error:
             print(failure_line(played.path, verdict), file=sys.stderr)
     if played.error:
-        print(played.error, file=sys.stderr)
+        print(f"{played.path}: {played.error}", file=sys.stderr)
     else:
         print(f"{played.path}: played {played.played_s:.2f} s, {summary([played])}")
-
-
-def _interruption(path: Path, played_s: float) -> str:
-    return f"interrupted after {played_s:.2f} s of '{path}'; the hands have let go"
