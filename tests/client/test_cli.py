@@ -245,6 +245,8 @@ def test_cli_bad_url_fails_in_one_line(cli: Cli, url: str) -> None:
         (["record", "take.usda", "--channel-prefix", "a b"], "'a b'"),
         (["record", "take.usda", "--channel-prefix", "x" * 50], "prefix"),
         (["play"], "SESSION"),
+        (["play", "s.toml", "--junit", "r.xml"], "needs --expect"),
+        (["play", "s.toml", "--expect", "--junit", "none/r.xml"], "there is no folder 'none'"),
         (["step", "0"], "'0'"),
         (["step", "-3"], "-3"),
         (["step", "many"], "many"),
@@ -271,6 +273,7 @@ def test_cli_bad_arguments_are_usage_errors(cli: Cli, tmp_path: Path, arguments:
         ["preview", "none.usda", "-o", "a.png"],
         ["plot", "none.lcmlog", "-o", "a.png"],
         ["play", "none.toml"],
+        ["play", "none.toml", "--expect", "--junit", "r.xml"],
     ],
 )
 def test_cli_missing_file_fails_in_one_line(cli: Cli, tmp_path: Path, arguments: list[str]) -> None:

@@ -91,7 +91,7 @@ class Judge:
     def observe(self, tick: int, pose: Pose, pointers: set[int]) -> None:
         """`pointers`: those that the server has heard of, each of which has a force message behind the pose."""
         assert self._character is not None
-        if self._pose is not None and pose.sequence != self._pose.sequence:
+        if self._pose is not None and pose.time_us != self._pose.time_us:
             self._before = self._pose
         self._pose = pose
         lockstep = self._character.clock == "lockstep"

@@ -70,8 +70,8 @@ from pathlib import Path
 from typing import Any
 
 from layfigure.errors import LayfigureError
-from layfigure.expectation import Expectation, Moment, Rate
-from layfigure.expectation_file import BOUNDS, WINDOWS, ExpectationReader, references
+from layfigure.expectation import Expectation
+from layfigure.expectation_file import BOUNDS, WINDOWS, ExpectationReader
 from layfigure.protocol import Argument
 from layfigure.session import (
     CLOCKS,
@@ -106,11 +106,10 @@ from layfigure.session import (
     Touch,
     Unpin,
     Wait,
-    timed,
 )
+from layfigure.session_moments import check_moments
 from layfigure.session_tables import TableReader
 
-MOMENT_ROUNDING_S = 1e-9  # of durations that are summed
 FINGERTIP_OPTIONS = ("radius", "friction", "stiffness", "damping", "magnet")
 
 
@@ -165,7 +164,7 @@ class _Reader(TableReader):
             taken.update(hand.pointers)
         self._check_pins(read)
         session = Session(title, read, self._server(table.get("server", {})), self._expected(table.get("expect", [])))
-        self._check_moments(session)
+        check_moments(session, self)
         return session
 
     def _server(self, table: Any) -> Server:
@@ -193,57 +192,6 @@ class _Reader(TableReader):
             ExpectationReader(TableReader(self._path, self._text, start)).table(table, f"expect {number}")
             for number, (start, table) in enumerate(zip(starts, tables, strict=True), 1)
         )
-
-    def _check_moments(self, session: Session) -> None:
-        """Each moment is in the session, and what is compared with another moment is judged after it."""
-        marks = self._marks(session)
-        for hand in session.hands:
-            for action, time_s in timed(hand.actions):
-                if isinstance(action, Expect):
-                    self._check_expectation(action.expectation, (time_s, time_s), marks, session.duration_s)
-        for expectation in session.expectations:
-            assert expectation.window is not None
-            self._check_expectation(
-                expectation, (expectation.window.first, expectation.window.last), marks, session.duration_s
-            )
-
-    def _check_expectation(
-        self, expectation: Expectation, window: tuple[Moment, Moment], marks: dict[str, float], end_s: float
-    ) -> None:
-        first, last = (self._seconds(moment, marks, end_s, expectation) for moment in window)
-        if last < first or (last == first and isinstance(expectation.quantity, Rate)):
-            raise self._fault(expectation, f"ends at {last:g} s, but begins at {first:g} s")
-        for moment in references(expectation.quantity):
-            since = self._seconds(moment, marks, end_s, expectation)
-            if since > first:
-                raise self._fault(
-                    expectation, f"is judged from {first:g} s on, but compares with {since:g} s, which is later"
-                )
-
-    def _seconds(self, moment: Moment, marks: dict[str, float], end_s: float, expectation: Expectation) -> float:
-        if isinstance(moment, str):
-            if moment not in marks:
-                known = f"there are {', '.join(marks)}" if marks else "there is none"
-                raise self._fault(expectation, f"names the mark '{moment}', which no step makes: {known}")
-            return marks[moment]
-        if moment > end_s + MOMENT_ROUNDING_S:
-            raise self._fault(expectation, f"names {moment:g} s, but the session ends at {end_s:g} s")
-        return moment
-
-    def _fault(self, expectation: Expectation, what: str) -> LayfigureError:
-        return self.error(expectation.place, what, line=expectation.line)
-
-    def _marks(self, session: Session) -> dict[str, float]:
-        marks: dict[str, float] = {}
-        for number, hand in enumerate(session.hands, 1):
-            for action, time_s in timed(hand.actions):
-                if isinstance(action, Mark):
-                    if action.name in marks:
-                        raise self.error(
-                            f"hand {number}", f"makes the mark '{action.name}' again; give each its own name"
-                        )
-                    marks[action.name] = time_s
-        return marks
 
     def _check_pins(self, hands: tuple[Hand, ...]) -> None:
         pinned = {action.bone for hand in hands for action in hand.actions if isinstance(action, Pin)}
