@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -219,7 +220,7 @@ def test_play_expect_server_that_dies_is_reported_and_nothing_waits(
     with Bus(server.url) as bus:
         forces: list[bytes] = []
         bus.subscribe("LAYFIGURE_FORCE", forces.append)
-        assert bus.wait_until(lambda: len(forces) > 10, 30.0)
+        assert bus.wait_until(lambda: len(forces) > 10, TIMEOUT_S)
     server.process.kill()
     code, output, errors = player.finish()
     assert (code, output) == (1, "")
@@ -231,6 +232,27 @@ def test_play_expect_server_that_dies_is_reported_and_nothing_waits(
     assert summary == "layfigure: 7 expectations, 7 failed; 2 of 2 sessions not played to the end"
     suites = ET.parse(tmp_path / "report.xml").getroot()
     assert [suite.get("errors") for suite in suites] == ["1", "1"]
+
+
+def test_play_expect_interrupted_reports_what_was_judged(
+    start_server: StartServer, start_client: StartClient, tmp_path: Path
+) -> None:
+    hold(tmp_path, 600.0)
+    server = start_server()
+    arguments = ("play", "hold.toml", GOOD, "--expect", "--junit", "report.xml", "--lcm-url", server.url)
+    player = start_client(*arguments)
+    with Bus(server.url) as bus:
+        forces: list[bytes] = []
+        bus.subscribe("LAYFIGURE_FORCE", forces.append)
+        assert bus.wait_until(lambda: len(forces) > 10, TIMEOUT_S)
+    code, output, errors = player.finish(signal.SIGINT)
+    assert (code, output) == (1, "")
+    failure, stopped, skipped, summary = errors.splitlines()
+    assert failure.startswith("hold.toml:13: expect 1 'too far' at 0.250 s")
+    assert re.fullmatch(r"hold\.toml: interrupted after \d+\.\d+ s; the hands have let go", stopped)
+    assert skipped == f"{GOOD}: not played: interrupted"
+    assert summary == "layfigure: 7 expectations, 7 failed; 2 of 2 sessions not played to the end"
+    assert ET.parse(tmp_path / "report.xml").getroot()[0].get("errors") == "1"
 
 
 def test_readme_recipe_for_continuous_integration_works(binary: Path, character: Path, tmp_path: Path) -> None:

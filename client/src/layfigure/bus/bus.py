@@ -99,7 +99,7 @@ class Bus:
     def publish(self, channel: str, data: bytes) -> None:
         """Raises BusError if the connection is lost."""
         if self._lcm is None:
-            raise BusError(f"not connected to '{self.url}'")
+            raise BusError(self._loss or f"not connected to '{self.url}'")
         try:
             with _silenced_stderr():
                 self._lcm.publish(self._prefix + channel, data)
