@@ -111,7 +111,9 @@ def test_record_killed_leaves_the_log_and_the_earlier_take_whole(
     code, _, _ = recording.finish(signal.SIGKILL)
     assert code == -signal.SIGKILL
     assert {name: (tmp_path / name).read_bytes() for name in earlier} == earlier
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*earlier, "take.recording.lcmlog"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*earlier, "take.recording.lcmlog", "take.recording.usdc"]
+    )
     assert len(read_take(tmp_path / "take.recording.lcmlog").times_us) == 30
 
     again = Recording(tmp_path, broker)

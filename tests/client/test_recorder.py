@@ -10,9 +10,10 @@ from layfigure import codec
 from layfigure.bus import Bus, read_events
 from layfigure.errors import LayfigureError, TwoServersError
 from layfigure.protocol import POSE_CHANNEL, STATUS_CHANNEL
-from layfigure.recorder import Recorder, finish_log, open_log
+from layfigure.recorder import Recorder
 from layfigure.take import TakeBuilder
 from layfigure.take_collector import read_take
+from layfigure.take_files import finish_log, open_log
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ from server_support.process import ServerProcess
 
 from layfigure import skeleton
 from layfigure.analysis import JointSummary, summarize
+from layfigure.skinning import Skin
 from layfigure.take import Take
 from layfigure.take_collector import read_take
 from layfigure.usd.checks import check
@@ -106,13 +107,13 @@ def test_take_bones_keep_their_lengths_and_rotations_are_unit(folder: Path) -> N
 def test_take_skin_by_usd_matches_blending_of_the_messages(folder: Path, take: Take) -> None:
     stage = SkinnedStage(folder / "take.usda")
     rotations, positions = skeleton.world_poses(take.character, take.root_translations, take.rotations)
+    skin = Skin(take.character, take.meshes)
     for frame in (0, 24, 48, 120):
         pose = round(frame / 24 * 60)  # at exactly the time of a pose: nothing is interpolated
         posed = stage.posed(frame)
         assert len(posed) == len(take.meshes) > 0
-        for mesh, by_usd in zip(take.meshes, posed, strict=True):
-            blended = skeleton.skin(take.character, mesh, rotations[pose], positions[pose])
-            np.testing.assert_allclose(by_usd.points, blended, atol=SKIN_TOLERANCE)
+        blended = skin.skin(skin.motions(rotations[pose : pose + 1], positions[pose : pose + 1]))[0]
+        np.testing.assert_allclose(np.concatenate([mesh.points for mesh in posed]), blended, atol=SKIN_TOLERANCE)
 
 
 def test_take_log_alone_gives_the_same_usd(folder: Path, take: Take) -> None:

@@ -168,6 +168,11 @@ class Reply:
     reason: str
     results: tuple[Argument, ...]
 
+    @property
+    def marks_key(self) -> bool:
+        """Whether a `key` command was carried out: its reply alone tells which pose was the newest."""
+        return self.accepted and {result.name for result in self.results} == {"time_us", "pose"}
+
     def values(self, name: str) -> tuple[float, ...]:
         """The numbers of a result. Raises ProtocolError if the reply has none of that name."""
         for result in self.results:

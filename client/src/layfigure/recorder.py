@@ -1,19 +1,17 @@
 """Records what a server publishes: each message to an event log first, then into a take.
 
-The log grows as OUT.recording.lcmlog and becomes OUT.lcmlog when the take is finished. One that was left behind by a
-recorder that was killed is set aside under the next free name, never overwritten.
+A log begins with the character and the chunks of its meshes, each once, and holds from then on all that is said.
 """
 
 from __future__ import annotations
 
 import functools
-import itertools
 import logging
 import time
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable
 
-from layfigure.bus import Bus, Event, EventLogWriter, is_being_written
+from layfigure import codec
+from layfigure.bus import Bus, Event, EventLogWriter
 from layfigure.connection import Connection
 from layfigure.errors import BusError, TwoServersError
 from layfigure.protocol import (
@@ -26,13 +24,13 @@ from layfigure.protocol import (
     REPLY_CHANNEL,
     STATUS_CHANNEL,
     Character,
+    Mesh,
 )
 from layfigure.take import TakeBuilder
 from layfigure.take_collector import TakeCollector
 
-LOGGED_CHANNELS = (
-    CHARACTER_CHANNEL,
-    MESH_CHANNEL,
+_DESCRIBING_CHANNELS = (CHARACTER_CHANNEL, MESH_CHANNEL)
+_MOVING_CHANNELS = (
     POSE_CHANNEL,
     FORCE_CHANNEL,
     POINTER_CHANNEL,
@@ -48,14 +46,21 @@ _logger = logging.getLogger(__name__)
 
 
 class Recorder:
-    """Records from `bus` into `log`. Subscribes at once; start() makes it ready, run() does the work."""
+    """Records from `bus` into `log`. Subscribes at once; start() makes it ready, run() does the work.
+
+    After pause() nothing is recorded until resume() begins another take.
+    """
 
     def __init__(self, bus: Bus, log: EventLogWriter) -> None:
         self._bus = bus
         self.log = log
+        self._paused = False
+        self._description: dict[object, Event] = {}  # the character and its meshes, once each
         self._collector = TakeCollector()
         self._waited_s = 0.0
-        for channel in LOGGED_CHANNELS:  # before anything else sees the message
+        for channel in _DESCRIBING_CHANNELS:  # before anything else sees the message
+            bus.subscribe(channel, functools.partial(self._receive_description, channel))
+        for channel in _MOVING_CHANNELS:
             bus.subscribe(channel, functools.partial(self._receive, channel))
         self._connection = Connection(bus)
 
@@ -73,12 +78,42 @@ class Recorder:
         """Simulation time recorded, and wall-clock time without a server."""
         return self.builder.duration_s + self._waited_s
 
+    @property
+    def character(self) -> Character:
+        assert self._collector.character is not None, "start() comes first"
+        return self._collector.character
+
+    @property
+    def meshes(self) -> tuple[Mesh, ...]:
+        return self._collector.meshes
+
+    @property
+    def server_left(self) -> bool:
+        return self._collector.server_left
+
     def start(self) -> Character:
         """Fetches the character. Raises NoReplyError without a server, TwoServersError with more than one."""
         character = self._connection.fetch_character()
         self._connection.fetch_meshes(character)
         self._bus.wait_until(lambda: False, LISTEN_FOR_RIVALS_S)
         return character
+
+    def pause(self) -> None:
+        """The take ends. Its log is the caller's."""
+        self._paused = True
+
+    def resume(self, log: EventLogWriter) -> None:
+        """Another take begins, in a log of its own."""
+        self.log = log
+        self._collector.begin_take()
+        for event in self._description.values():
+            log.write(event)
+        self._waited_s = 0.0
+        self._paused = False
+
+    def wait(self, stop: Callable[[], bool]) -> None:
+        """Listens while it is paused, until `stop()` or the server's leave."""
+        self._listen(lambda: stop() or self.server_left, lambda: None)
 
     def run(self, stop: Callable[[], bool], duration_s: float, progress: Callable[[TakeBuilder], None]) -> None:
         """Until `stop()`, the server's leave or `duration_s`, through losses of the server.
@@ -87,13 +122,16 @@ class Recorder:
         """
 
         def ended() -> bool:
-            return stop() or self._collector.server_left or self.elapsed_s >= duration_s
+            return stop() or self.server_left or self.elapsed_s >= duration_s
 
+        self._listen(ended, lambda: progress(self.builder))
+
+    def _listen(self, ended: Callable[[], bool], progress: Callable[[], None]) -> None:
         try:
             while not ended():
                 if not self._poll():
                     self._wait_for_server(ended)
-                progress(self.builder)
+                progress()
         except TwoServersError:
             self._collector.drop_rival()
             raise
@@ -126,26 +164,29 @@ class Recorder:
         except BusError:
             time.sleep(RECONNECT_EVERY_S)
 
-    def _receive(self, channel: str, data: bytes) -> None:
-        self.log.write(Event(time.time_ns() // 1000, channel, data))
+    def _receive_description(self, channel: str, data: bytes) -> None:
+        """Servers repeat it again and again: it is logged once, and when it tells of a change of servers."""
+        key: object
+        if channel == CHARACTER_CHANNEL:
+            character = codec.decode_character(data)
+            key = character.content_hash
+            known = key in self._description and character.server_id == self._collector.watch.current
+        else:
+            chunk = codec.decode_mesh_chunk(data)
+            key = (chunk.content_hash, chunk.index)
+            known = key in self._description
+        if not known and not self._paused:
+            event = _event(channel, data)
+            self.log.write(event)
+            self._description.setdefault(key, event)
         self._collector.feed(channel, data)
 
-
-def open_log(out: Path) -> EventLogWriter:
-    """The log that grows beside `out`. Raises LayfigureError if another recorder is writing it."""
-    path = out.with_name(f"{out.stem}.recording.lcmlog")
-    if path.is_file() and path.stat().st_size > 0 and not is_being_written(path):
-        aside = _first_free(out.with_name(f"{out.stem}.cut-off-{number}.lcmlog") for number in itertools.count(1))
-        path.rename(aside)
-        _logger.warning("an earlier recording was cut off: what it had received is kept as '%s'", aside)
-    return EventLogWriter(path)
+    def _receive(self, channel: str, data: bytes) -> None:
+        if self._collector.builder is not None and not self._paused:
+            self.log.write(_event(channel, data))
+        if not self._paused or channel == STATUS_CHANNEL:
+            self._collector.feed(channel, data)
 
 
-def _first_free(paths: Iterable[Path]) -> Path:
-    return next(path for path in paths if not path.exists())
-
-
-def finish_log(log: EventLogWriter, out: Path) -> Path:
-    """Closes the log and gives it its final name, OUT.lcmlog."""
-    log.close()
-    return log.path.rename(out.with_suffix(".lcmlog"))
+def _event(channel: str, data: bytes) -> Event:
+    return Event(time.time_ns() // 1000, channel, data)

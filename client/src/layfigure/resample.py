@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from layfigure import rotation
-from layfigure.protocol import Floats
-from layfigure.take import Take
-
-Indices = NDArray[np.intp]
+from layfigure.protocol import Bools, Character, Floats
+from layfigure.skeleton import first_root
+from layfigure.take import PointerTrack, Take, Times
 
 _TIME_TOLERANCE_US = 0.5  # time stamps are rounded to whole microseconds
 
@@ -25,38 +25,85 @@ class Frames:
     rotations: Floats  # (F, J, 4), neighbours in one hemisphere
     rest_rotations: Floats  # (F, J, 4), likewise
     torques: Floats  # (F, J, 3)
+    yielded: Bools  # (F, J)
 
     def __len__(self) -> int:
         return len(self.rotations)
 
 
 def resample(take: Take, fps: float) -> Frames:
-    """Slerp between the two poses around each frame; translations and torques linearly."""
-    left, right, part = _neighbours(take.times_us.astype(np.float64), fps)
-
-    def linear(values: Floats) -> Floats:
-        weight = part.reshape(-1, *[1] * (values.ndim - 1))
-        return np.asarray((1.0 - weight) * values[left] + weight * values[right], np.float64)
-
-    def spherical(values: Floats) -> Floats:
-        return rotation.in_one_hemisphere(rotation.slerp(values[left], values[right], part[:, None]))
-
+    """Slerp between the two poses around each frame; translations and torques linearly; joints flow while a pose says
+    so."""
+    between = Between(take.times_us, frame_times_us(take.times_us, fps))
     return Frames(
         fps=fps,
-        root_translations=linear(take.root_translations),
-        rotations=spherical(take.rotations),
-        rest_rotations=spherical(take.rest_rotations),
-        torques=linear(take.torques),
+        root_translations=between.linear(take.root_translations),
+        rotations=rotation.in_one_hemisphere(between.spherical(take.rotations)),
+        rest_rotations=rotation.in_one_hemisphere(between.spherical(take.rest_rotations)),
+        torques=between.linear(take.torques),
+        yielded=between.newest(take.yielded),
     )
 
 
-def _neighbours(times_us: Floats, fps: float) -> tuple[Indices, Indices, Floats]:
-    """For each frame the pose before it, the one after it, and how far it is between the two, 0 to 1."""
+def frame_times_us(times_us: Times, fps: float, first: int = 0) -> Floats:
+    """Of the frames from `first` on that poses at these times reach."""
     frame_us = 1e6 / fps
     count = int((times_us[-1] + _TIME_TOLERANCE_US) // frame_us) + 1
-    wanted_us = np.minimum(np.arange(count) * frame_us, times_us[-1])
-    last = len(times_us) - 1
-    left = np.clip(np.searchsorted(times_us, wanted_us, side="right") - 1, 0, max(last - 1, 0))
-    right = np.minimum(left + 1, last)
-    span = np.maximum(times_us[right] - times_us[left], 1.0)
-    return left, right, (wanted_us - times_us[left]) / span
+    return np.asarray(np.minimum(np.arange(first, count) * frame_us, times_us[-1]), np.float64)
+
+
+def at_rest(frames: Frames, character: Character, moving: Bools) -> Frames:
+    """The same, with all but the moving joints (J) at rest as the character came."""
+    if moving.all():
+        return frames
+    rests = np.array([joint.rest_rotation for joint in character.joints])
+    root = first_root(character)
+    roots = frames.root_translations
+    still = np.broadcast_to(character.joints[root].rest_translation, roots.shape)
+    return dataclasses.replace(
+        frames,
+        rotations=np.where(moving[:, None], frames.rotations, rests),
+        root_translations=roots if moving[root] else still,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Pulls:
+    """What a pointer does to the doll in each frame."""
+
+    joints: NDArray[np.int64]  # (F) held joint, -1 for none
+    positions: Floats  # (F, 3) of the held point, world [m]
+    forces: Floats  # (F, 3) on the doll, world [N]
+
+
+def pulls(track: PointerTrack, frames: Frames) -> Pulls:
+    """What the newest message said in each frame; before the first one nothing is held."""
+    index = np.searchsorted(track.times_us, np.arange(len(frames)) * (1e6 / frames.fps) + _TIME_TOLERANCE_US) - 1
+    heard = index >= 0
+    return Pulls(
+        joints=np.where(heard, track.joints[index], -1),
+        positions=np.where(heard[:, None], track.positions[index], 0.0),
+        forces=np.where(heard[:, None], track.forces[index], 0.0),
+    )
+
+
+class Between:
+    """For each wanted time the pose before it, the one after it, and how far it is between the two, 0 to 1."""
+
+    def __init__(self, times_us: Times, wanted_us: Floats) -> None:
+        last = len(times_us) - 1
+        times = times_us.astype(np.float64)
+        self.left = np.clip(np.searchsorted(times, wanted_us, side="right") - 1, 0, max(last - 1, 0))
+        self.right = np.minimum(self.left + 1, last)
+        span = np.maximum(times[self.right] - times[self.left], 1.0)
+        self.part = (wanted_us - times[self.left]) / span
+
+    def linear(self, values: Floats) -> Floats:
+        weight = self.part.reshape(-1, *[1] * (values.ndim - 1))
+        return np.asarray((1.0 - weight) * values[self.left] + weight * values[self.right], np.float64)
+
+    def spherical(self, values: Floats) -> Floats:
+        return rotation.slerp(values[self.left], values[self.right], self.part[:, None])
+
+    def newest(self, values: Bools) -> Bools:
+        return np.asarray(values[np.where(self.part < 1.0, self.left, self.right)], np.bool_)

@@ -11,17 +11,14 @@ _NEARLY_PARALLEL = 1.0 - 1e-12  # cosine of the half angle above which slerp's s
 
 def multiply(a: Floats, b: Floats) -> Floats:
     """The product a b: first b, then a."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
+    aw, ax, ay, az = _components(a)
+    bw, bx, by, bz = _components(b)
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    product[..., 1] = aw * bx + ax * bw + ay * bz - az * by
+    product[..., 2] = aw * by - ax * bz + ay * bw + az * bx
+    product[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    return product
 
 
 def conjugate(q: Floats) -> Floats:
@@ -30,13 +27,24 @@ def conjugate(q: Floats) -> Floats:
 
 def rotate(q: Floats, vectors: Floats) -> Floats:
     """R(q) v, for vectors (..., 3)."""
-    u = 2.0 * np.cross(q[..., 1:], vectors)
-    return np.asarray(vectors + q[..., :1] * u + np.cross(q[..., 1:], u), np.float64)
+    u = 2.0 * _cross(q[..., 1:], vectors)
+    return np.asarray(vectors + q[..., :1] * u + _cross(q[..., 1:], u), np.float64)
 
 
 def to_matrix(q: Floats) -> Floats:
     """(..., 3, 3), whose columns are the rotated axes."""
-    return np.stack([rotate(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)], axis=-1)
+    w, x, y, z = _components(q)
+    matrix = np.empty((*q.shape[:-1], 3, 3))
+    matrix[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    matrix[..., 0, 1] = 2.0 * (x * y - w * z)
+    matrix[..., 0, 2] = 2.0 * (x * z + w * y)
+    matrix[..., 1, 0] = 2.0 * (x * y + w * z)
+    matrix[..., 1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    matrix[..., 1, 2] = 2.0 * (y * z - w * x)
+    matrix[..., 2, 0] = 2.0 * (x * z - w * y)
+    matrix[..., 2, 1] = 2.0 * (y * z + w * x)
+    matrix[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    return matrix
 
 
 def normalized(q: Floats) -> Floats:
@@ -68,3 +76,16 @@ def in_one_hemisphere(q: Floats) -> Floats:
     flips[1:] = np.where(np.sum(q[1:] * q[:-1], axis=-1) < 0.0, -1.0, 1.0)
     signs = np.cumprod(flips, axis=0)
     return np.asarray(q * signs[..., None], np.float64)
+
+
+def _components(q: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    return q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """np.cross of vectors (..., 3), which spends more on finding out what it was given than on the product."""
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    product[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    product[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product

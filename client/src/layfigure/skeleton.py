@@ -1,11 +1,14 @@
-"""Forward kinematics of a character, and linear blend skinning of its meshes. Leading axis F: frames."""
+"""Forward kinematics of a character. Leading axis F: frames."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from layfigure import rotation
-from layfigure.protocol import Character, Floats, Mesh
+from layfigure.protocol import Character, Floats
+
+Indices = NDArray[np.intp]
 
 
 def parents(character: Character) -> list[int]:
@@ -27,32 +30,25 @@ def local_translations(character: Character, root_translations: Floats) -> Float
 
 def world_poses(character: Character, root_translations: Floats, rotations: Floats) -> tuple[Floats, Floats]:
     """From local rotations (F, J, 4) to world rotations (F, J, 4) and positions (F, J, 3)."""
-    translations = local_translations(character, root_translations)
-    world_rotations = np.empty_like(rotations)
-    positions = np.empty_like(translations)
+    return compose(generations(character), local_translations(character, root_translations), rotations)
+
+
+def generations(character: Character) -> list[tuple[Indices, Indices]]:
+    """The joints that have parents, and those: first the roots' children, then theirs, and so on."""
+    depths = [0] * len(character.joints)
     for j, parent in enumerate(parents(character)):
-        if parent < 0:
-            world_rotations[:, j], positions[:, j] = rotations[:, j], translations[:, j]
-        else:
-            world_rotations[:, j] = rotation.multiply(world_rotations[:, parent], rotations[:, j])
-            carried = rotation.rotate(world_rotations[:, parent], translations[:, j])
-            positions[:, j] = positions[:, parent] + carried
+        depths[j] = depths[parent] + 1 if parent >= 0 else 0
+    ordered = [np.flatnonzero(np.array(depths) == depth) for depth in range(1, max(depths) + 1)]
+    return [(joints, np.array(parents(character))[joints]) for joints in ordered]
+
+
+def compose(
+    generations: list[tuple[Indices, Indices]], translations: Floats, rotations: Floats
+) -> tuple[Floats, Floats]:
+    """World rotations and positions of local translations (F, J, 3) and rotations (F, J, 4)."""
+    world_rotations, positions = rotations.copy(), translations.copy()
+    for joints, above in generations:
+        carriers = world_rotations[:, above]
+        world_rotations[:, joints] = rotation.multiply(carriers, rotations[:, joints])
+        positions[:, joints] = positions[:, above] + rotation.rotate(carriers, translations[:, joints])
     return world_rotations, positions
-
-
-def skin(character: Character, mesh: Mesh, world_rotations: Floats, positions: Floats) -> Floats:
-    """Linear blend skinning of one frame: (J, 4) and (J, 3) in, vertices (V, 3) in the world out.
-
-    v = sum_k w_k X_WJ(k) X_WJ_bind(k)^-1 v_bind
-    """
-    bind_rotations = np.array([joint.bind_rotation for joint in character.joints])
-    bind_positions = np.array([joint.bind_translation for joint in character.joints])
-    motions = rotation.multiply(world_rotations, rotation.conjugate(bind_rotations))
-    matrices = rotation.to_matrix(motions)
-    offsets = positions - rotation.rotate(motions, bind_positions)
-    points = mesh.points.astype(np.float64)
-    skinned = np.zeros_like(points)
-    for k in range(mesh.joint_indices.shape[1]):
-        joints, weights = mesh.joint_indices[:, k], mesh.joint_weights[:, k, None]
-        skinned += weights * (np.einsum("vij,vj->vi", matrices[joints], points) + offsets[joints])
-    return skinned

@@ -5,13 +5,13 @@ from __future__ import annotations
 import bisect
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from layfigure.errors import LayfigureError, ProtocolError
-from layfigure.protocol import Bools, Character, Floats, Force, Mesh, Pose, Status
+from layfigure.protocol import Bools, Character, Floats, Force, Mesh, Pose, Reply, Status
 
 Times = NDArray[np.int64]
 
@@ -26,6 +26,15 @@ class PointerTrack:
     joints: NDArray[np.int64]  # (N) held joint, -1 for none
     positions: Floats  # (N, 3) of the held point, world [m]
     forces: Floats  # (N, 3) on the doll, world [N]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """P poses."""
+
+    times_us: Times  # (P) since the take's first pose
+    root_translations: Floats  # (P, 3)
+    rotations: Floats  # (P, J, 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +53,7 @@ class Take:
     lost_poses: int
     restarts: int  # of the server, in the middle of the take
     last_status: Status | None
+    marks_us: Times = field(default_factory=lambda: np.zeros(0, np.int64))  # when the user marked a key, rising
 
     @property
     def duration_s(self) -> float:
@@ -59,6 +69,7 @@ class TakeBuilder:
         self._poses: list[Pose] = []
         self._times_us: list[int] = []
         self._forces: dict[int, list[tuple[int, Force]]] = defaultdict(list)
+        self._marks: list[tuple[int, int]] = []  # time, server's id
         self._offset_us = 0
         self._last_status: Status | None = None
         self.lost_poses = 0
@@ -94,6 +105,12 @@ class TakeBuilder:
         if self._poses and force.server_id == self._poses[-1].server_id:
             self._forces[force.pointer].append((force.time_us + self._offset_us, force))
 
+    def add_mark(self, reply: Reply) -> None:
+        """The answer to a `key` command; one that comes before the take's first pose is not in it."""
+        mark = (reply.time_us + self._offset_us, reply.server_id)
+        if self._poses and reply.server_id == self._poses[-1].server_id and mark[0] >= 0 and mark not in self._marks:
+            self._marks.append(mark)
+
     def add_status(self, status: Status) -> None:
         self._last_status = status
 
@@ -103,12 +120,23 @@ class TakeBuilder:
             del self._poses[-1], self._times_us[-1]
         for track in self._forces.values():
             track[:] = [(time_us, force) for time_us, force in track if force.server_id != server_id]
+        self._marks = [mark for mark in self._marks if mark[1] != server_id]
+
+    def motion_since(self, first: int) -> Motion:
+        """From pose `first` on, of which there is one or more."""
+        poses = self._poses[first:]
+        return Motion(
+            times_us=np.array(self._times_us[first:], np.int64),
+            root_translations=np.array([pose.root_translation for pose in poses]),
+            rotations=np.array([pose.rotations for pose in poses]),
+        )
 
     def build(self, duration_s: float = math.inf) -> Take:
         """Up to the first pose at or after `duration_s`. Raises LayfigureError if there is no pose."""
         if not self._poses:
             raise LayfigureError("nothing was recorded: no pose arrived")
         poses = self._poses[: bisect.bisect_left(self._times_us, duration_s * 1e6) + 1]
+        end_us = self._times_us[len(poses) - 1]
         return Take(
             character=self._character,
             meshes=self._meshes,
@@ -122,6 +150,7 @@ class TakeBuilder:
             lost_poses=self.lost_poses,
             restarts=self.restarts,
             last_status=self._last_status,
+            marks_us=np.array(sorted({time_us for time_us, _ in self._marks if time_us <= end_us}), np.int64),
         )
 
     def _check(self, pose: Pose) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,8 +15,10 @@ from layfigure.protocol import (
     FORCE_CHANNEL,
     MESH_CHANNEL,
     POSE_CHANNEL,
+    REPLY_CHANNEL,
     STATUS_CHANNEL,
     Character,
+    Mesh,
 )
 from layfigure.servers import ServerWatch
 from layfigure.take import Take, TakeBuilder
@@ -32,6 +35,7 @@ class TakeCollector:
         self.watch = ServerWatch()
         self.server_left = False
         self.character: Character | None = None
+        self.meshes: tuple[Mesh, ...] = ()
         self.builder: TakeBuilder | None = None
         self._assembly: MeshAssembly | None = None
         self._readers: dict[str, Callable[[bytes], None]] = {
@@ -39,6 +43,7 @@ class TakeCollector:
             MESH_CHANNEL: self._feed_mesh_chunk,
             POSE_CHANNEL: self._feed_pose,
             FORCE_CHANNEL: self._feed_force,
+            REPLY_CHANNEL: self._feed_reply,
             STATUS_CHANNEL: self._feed_status,
         }
 
@@ -46,6 +51,11 @@ class TakeCollector:
         """Takes the next message; those of other channels than these do not matter to a take."""
         if channel in self._readers:
             self._readers[channel](data)
+
+    def begin_take(self) -> None:
+        """Another take of the character that was heard begins; the one so far is let go."""
+        assert self.character is not None
+        self.builder = TakeBuilder(self.character, self.meshes)
 
     def drop_rival(self) -> None:
         """After a TwoServersError: forgets what the second server has put in."""
@@ -69,7 +79,8 @@ class TakeCollector:
             return
         self._assembly.add(codec.decode_mesh_chunk(data))
         if self._assembly.complete:
-            self.builder = TakeBuilder(self.character, self._assembly.meshes())
+            self.meshes = self._assembly.meshes()
+            self.builder = TakeBuilder(self.character, self.meshes)
 
     def _feed_pose(self, data: bytes) -> None:
         pose = codec.decode_pose(data)
@@ -81,6 +92,10 @@ class TakeCollector:
         if self.builder is not None:
             self.builder.add_force(codec.decode_force(data))
 
+    def _feed_reply(self, data: bytes) -> None:
+        if self.builder is not None and (reply := codec.decode_reply(data)).marks_key:
+            self.builder.add_mark(reply)
+
     def _feed_status(self, data: bytes) -> None:
         status = codec.decode_status(data)
         self.watch.hear(status.server_id)
@@ -89,8 +104,8 @@ class TakeCollector:
             self.builder.add_status(status)
 
 
-def read_take(path: Path) -> Take:
-    """The take in an event log that a recorder wrote, also one that was cut off."""
+def read_take(path: Path, duration_s: float = math.inf) -> Take:
+    """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`."""
     collector = TakeCollector()
     for event in read_events(path):
         try:
@@ -104,4 +119,4 @@ def read_take(path: Path) -> Take:
             break
     if collector.builder is None:
         raise LayfigureError(f"'{path}' holds no whole character: is it a log of 'layfigure record'?")
-    return collector.builder.build()
+    return collector.builder.build(duration_s)

@@ -31,12 +31,14 @@ class Event:
 class EventLogWriter:
     """A new log at `path`; an earlier file of that name is replaced, unless a living writer holds it.
 
-    Each event is handed to the operating system by one write before write() returns, so it outlives the process.
+    Each event is handed to the operating system by one write before write() returns, so it outlives the process. One
+    for which there is no room is left out whole.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._count = 0
+        self._size = 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o644)
         except OSError as error:
@@ -54,10 +56,12 @@ class EventLogWriter:
         record = header + channel + event.data
         try:
             if os.write(self._file, record) != len(record):
+                os.ftruncate(self._file, self._size)
                 raise LayfigureError(f"cannot write '{self.path}': the disk is full")
         except OSError as error:
             raise LayfigureError(f"cannot write '{self.path}': {error.strerror}") from error
         self._count += 1
+        self._size += len(record)
 
     def close(self) -> None:
         os.close(self._file)

@@ -17,6 +17,7 @@ from layfigure.errors import LayfigureError, UsageError
 EPILOG = """\
 examples:
   layfigure record take.usda                   record until Ctrl-C, or until the server leaves
+  layfigure export take.lcmlog few.usda --keys reduced
   layfigure play demo.toml                     let scripted hands pose the doll
   layfigure check take.usda                    validate what was written
   layfigure preview take.usda -o take.png      draw it

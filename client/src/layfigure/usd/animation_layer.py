@@ -1,7 +1,8 @@
-"""The layer of what moves: the SkelAnimation, and what the doll felt."""
+"""What moves: the SkelAnimation, and what the doll felt."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,9 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from layfigure import skeleton
-from layfigure.resample import Frames
+from layfigure.animation import Animation
+from layfigure.protocol import Bools, Character
+from layfigure.resample import Frames, pulls
 from layfigure.take import Take
 from layfigure.usd import values
 from layfigure.usd.character_layer import character_prim_path, set_stage_units, skeleton_path
@@ -43,63 +46,93 @@ def set_stage_time(stage: Any, frames: Frames) -> None:
     stage.SetEndTimeCode(len(frames) - 1.0)
 
 
-def write_animation_layer(path: str, take: Take, frames: Frames) -> None:
+def write_animation_layer(path: str, animation: Animation) -> None:
+    """A layer of its own over the character's."""
     stage = Usd.Stage.CreateNew(path)
     set_stage_units(stage)
-    set_stage_time(stage, frames)
-    root = stage.OverridePrim(character_prim_path(take.character))
+    set_stage_time(stage, animation.frames)
+    root = stage.OverridePrim(character_prim_path(animation.take.character))
     stage.SetDefaultPrim(root)
-    animation = UsdSkel.Animation.Define(stage, f"{root.GetPath()}/Animation")
-    bound = stage.OverridePrim(skeleton_path(take.character))
-    relation = bound.CreateRelationship("skel:animationSource", custom=False)
-    relation.SetTargets([animation.GetPath()])
-    _write_motion(animation, take, frames)
-    _write_felt(animation.GetPrim(), take, frames)
-    _write_extent(root, take, frames)
+    write_animation(stage, animation)
     stage.GetRootLayer().GetPrimAtPath(root.GetPath()).specifier = Sdf.SpecifierOver  # the root layer defines it
     stage.GetRootLayer().Save()
 
 
-def _write_motion(animation: Any, take: Take, frames: Frames) -> None:
-    joints = take.character.joints
+def write_animation(stage: Any, animation: Animation) -> None:
+    take, frames, keys = animation.take, animation.frames, animation.keys
+    skel_animation = define_animation(stage, take.character)
+    prim = skel_animation.GetPrim()
+    rotations = [values.quatf_array(frames.rotations[key]) for key in keys]
+    translations = skeleton.local_translations(take.character, frames.root_translations[keys])
+    set_samples(skel_animation.GetRotationsAttr(), keys, rotations)
+    set_samples(skel_animation.GetTranslationsAttr(), keys, [values.vec3f_array(row) for row in translations])
+    _write_yield_events(prim, take, frames.fps)
+    if animation.form.custom_data:
+        _write_felt(prim, frames)
+        _write_pulls(prim, take, frames)
+    if len(animation.extents):
+        root = UsdGeom.Boundable(stage.GetPrimAtPath(character_prim_path(take.character)))
+        set_samples(root.CreateExtentAttr(), keys, [values.vec3f_array(box) for box in animation.extents])
+
+
+def define_animation(stage: Any, character: Character) -> Any:
+    """A SkelAnimation that the character's skeleton is bound to. Only its rotations and translations are still open."""
+    root = character_prim_path(character)
+    animation = UsdSkel.Animation.Define(stage, f"{root}/Animation")
+    relation = stage.OverridePrim(skeleton_path(character)).CreateRelationship("skel:animationSource", custom=False)
+    relation.SetTargets([animation.GetPath()])
+    joints = character.joints
     animation.CreateJointsAttr(Vt.TokenArray(joint_paths([j.name for j in joints], [j.parent for j in joints])))
-    rotations = animation.CreateRotationsAttr()
-    for code, quaternions in enumerate(frames.rotations):
-        rotations.Set(values.quatf_array(quaternions), code)
-    translations = skeleton.local_translations(take.character, frames.root_translations)
-    _set_samples(animation.CreateTranslationsAttr(), [values.vec3f_array(row) for row in translations])
+    animation.CreateRotationsAttr()
+    animation.CreateTranslationsAttr()
     animation.CreateScalesAttr(values.vec3h_array(np.ones((len(joints), 3))))
+    return animation
 
 
-def _write_felt(prim: Any, take: Take, frames: Frames) -> None:
-    """Torques and rest rotations as sampled custom attributes; yield events as custom data."""
-    torques = prim.CreateAttribute("layfigure:torques", Sdf.ValueTypeNames.Vector3fArray, custom=True)
-    rests = prim.CreateAttribute("layfigure:restRotations", Sdf.ValueTypeNames.QuatfArray, custom=True)
-    for code in range(len(frames)):
-        torques.Set(values.vec3f_array(frames.torques[code]), code)
-        rests.Set(values.quatf_array(frames.rest_rotations[code]), code)
-    events = yield_events(take, frames.fps)
+def set_samples(attribute: Any, codes: Iterable[Any], samples: list[Any]) -> None:
+    """One sample per time code; a value that never changes is set once, as the default."""
+    if all(sample == samples[0] for sample in samples):
+        attribute.Set(samples[0])
+        return
+    for code, sample in zip(codes, samples, strict=True):
+        attribute.Set(sample, float(code))
+
+
+def _write_yield_events(prim: Any, take: Take, fps: float) -> None:
+    events = yield_events(take, fps)
     prim.SetCustomDataByKey("layfigure:yieldJoints", values.int_array([event.joint for event in events]))
     prim.SetCustomDataByKey("layfigure:yieldStarts", values.double_array([event.start for event in events]))
     prim.SetCustomDataByKey("layfigure:yieldEnds", values.double_array([event.end for event in events]))
 
 
-def _write_extent(root: Any, take: Take, frames: Frames) -> None:
-    """The box of the skinned meshes in each frame, so that viewers frame and cull the moving character."""
-    if not take.meshes:
-        return
-    rotations, positions = skeleton.world_poses(take.character, frames.root_translations, frames.rotations)
-    extents = []
-    for frame_rotations, frame_positions in zip(rotations, positions, strict=True):
-        skinned = [skeleton.skin(take.character, mesh, frame_rotations, frame_positions) for mesh in take.meshes]
-        extents.append(values.extent_of(np.concatenate(skinned)))
-    _set_samples(UsdGeom.Boundable(root).CreateExtentAttr(), extents)
+def _write_felt(prim: Any, frames: Frames) -> None:
+    """Of the joints, in the order of `joints`."""
+    types = Sdf.ValueTypeNames
+    _write_custom(prim, "torques", types.Vector3fArray, [values.vec3f_array(row) for row in frames.torques])
+    _write_custom(prim, "restRotations", types.QuatfArray, [values.quatf_array(row) for row in frames.rest_rotations])
+    _write_custom(prim, "yielded", types.BoolArray, [_bool_array(row) for row in frames.yielded])
 
 
-def _set_samples(attribute: Any, samples: list[Any]) -> None:
-    """One sample per frame; a value that never changes is set once, as the default."""
-    if all(sample == samples[0] for sample in samples):
-        attribute.Set(samples[0])
+def _write_pulls(prim: Any, take: Take, frames: Frames) -> None:
+    """Of the pointers, in the order of `layfigure:pointers`."""
+    if not take.pointers:
         return
-    for code, sample in enumerate(samples):
-        attribute.Set(sample, code)
+    pointers = prim.CreateAttribute("layfigure:pointers", Sdf.ValueTypeNames.IntArray, custom=True)
+    pointers.Set(values.int_array([track.pointer for track in take.pointers]))
+    of_pointers = [pulls(track, frames) for track in take.pointers if len(track.times_us)]
+    types = Sdf.ValueTypeNames
+    joints = np.stack([pull.joints for pull in of_pointers], axis=1)
+    positions = np.stack([pull.positions for pull in of_pointers], axis=1)
+    forces = np.stack([pull.forces for pull in of_pointers], axis=1)
+    _write_custom(prim, "heldJoints", types.IntArray, [values.int_array(row) for row in joints])
+    _write_custom(prim, "heldPoints", types.Point3fArray, [values.vec3f_array(row) for row in positions])
+    _write_custom(prim, "forces", types.Vector3fArray, [values.vec3f_array(row) for row in forces])
+
+
+def _write_custom(prim: Any, name: str, type_name: Any, samples: list[Any]) -> None:
+    """Measured values are not keys: there is one in every frame."""
+    set_samples(prim.CreateAttribute(f"layfigure:{name}", type_name, custom=True), range(len(samples)), samples)
+
+
+def _bool_array(flags: Bools) -> Any:
+    return Vt.BoolArray(flags.tolist())

@@ -1,4 +1,4 @@
-"""The layer of what does not move: skeleton, skinned meshes, materials."""
+"""What does not move: skeleton, skinned meshes, materials."""
 
 from __future__ import annotations
 
@@ -31,6 +31,11 @@ def set_stage_units(stage: Any) -> None:
 def write_character_layer(path: str, character: Character, meshes: tuple[Mesh, ...]) -> None:
     stage = Usd.Stage.CreateNew(path)
     set_stage_units(stage)
+    write_character(stage, character, meshes)
+    stage.GetRootLayer().Save()
+
+
+def write_character(stage: Any, character: Character, meshes: tuple[Mesh, ...]) -> None:
     root_path = character_prim_path(character)
     root = UsdSkel.Root.Define(stage, root_path)
     stage.SetDefaultPrim(root.GetPrim())
@@ -43,7 +48,6 @@ def write_character_layer(path: str, character: Character, meshes: tuple[Mesh, .
     for group in ("Geometry", "Materials") if meshes else ():
         stage.GetPrimAtPath(f"{root_path}/{group}").SetTypeName("Scope")
         stage.GetPrimAtPath(f"{root_path}/{group}").SetSpecifier(Sdf.SpecifierDef)
-    stage.GetRootLayer().Save()
 
 
 def _define_skeleton(stage: Any, character: Character) -> Any:

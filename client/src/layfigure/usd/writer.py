@@ -1,8 +1,8 @@
-"""Writes a take as USD: a small root layer over a character layer and an animation layer.
+"""Writes a take as USD: in one file, or a small root layer over a character layer and an animation layer.
 
     OUT.usda            references OUT.character.usdc, sublayers OUT.anim.usdc
     OUT.character.usdc  SkelRoot, Skeleton, skinned meshes, materials
-    OUT.anim.usdc       SkelAnimation at every frame, torques, rest rotations, yield events
+    OUT.anim.usdc       SkelAnimation, yield events, and on request what was felt in each frame
 
 Equal takes give equal bytes: nothing is written that depends on the day, the machine or the folder.
 """
@@ -17,13 +17,21 @@ from pathlib import Path
 
 from pxr import Kind, Sdf, Tf, Usd, UsdUtils
 
+from layfigure.animation import Animation, animate
 from layfigure.errors import LayfigureError, UsageError
-from layfigure.resample import Frames, resample
+from layfigure.resample import Frames
 from layfigure.take import Take
-from layfigure.usd.animation_layer import set_stage_time, write_animation_layer
-from layfigure.usd.character_layer import character_prim_path, set_stage_units, write_character_layer
+from layfigure.take_form import TakeForm
+from layfigure.usd.animation_layer import set_stage_time, write_animation, write_animation_layer
+from layfigure.usd.character_layer import (
+    character_prim_path,
+    set_stage_units,
+    write_character,
+    write_character_layer,
+)
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+EVERY_FRAME = TakeForm()
 _PACKED_AT = time.mktime((1980, 1, 1, 0, 0, 0, 0, 1, 0))  # zip's first local time: a package keeps its files' dates
 
 
@@ -37,16 +45,19 @@ def check_output(out: Path) -> None:
         raise UsageError(f"'{out}' is a folder: choose a file's name")
 
 
-def write_take(take: Take, out: Path, fps: float) -> int:
-    """Writes all layers beside `out` and returns the number of frames.
+def write_take(take: Take, out: Path, fps: float, form: TakeForm = EVERY_FRAME) -> Animation:
+    """Writes all files of a take and returns what is in them."""
+    animation = animate(take, fps, form)
+    write_animation_files(animation, out)
+    return animation
 
-    They are made in a folder of their own and then renamed: whatever happens, each file is whole.
-    """
-    frames = resample(take, fps)
+
+def write_animation_files(animation: Animation, out: Path) -> None:
+    """They are made in a folder of their own beside `out` and then renamed: whatever happens, each file is whole."""
     try:
         scratch = Path(tempfile.mkdtemp(prefix=f".{out.stem}.", dir=out.parent))
         try:
-            for path in _write_layers(scratch, out, take, frames):
+            for path in _write_files(scratch, out, animation):
                 path.chmod(0o644)
                 path.replace(out.parent / path.name)
         finally:
@@ -55,25 +66,40 @@ def write_take(take: Take, out: Path, fps: float) -> int:
         raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error
     except Tf.ErrorException as error:
         raise LayfigureError(f"cannot write '{out}': {str(error).splitlines()[0]}") from error
-    return len(frames)
 
 
-def _write_layers(scratch: Path, out: Path, take: Take, frames: Frames) -> list[Path]:
+def _write_files(scratch: Path, out: Path, animation: Animation) -> list[Path]:
     """The files to hand over, the root layer last: it is what makes the others seen."""
     packed = out.suffix == ".usdz"
     root = scratch / (f"{out.stem}.usdc" if packed else out.name)
-    character, animation = scratch / f"{out.stem}.character.usdc", scratch / f"{out.stem}.anim.usdc"
-    write_character_layer(str(character), take.character, take.meshes)
-    write_animation_layer(str(animation), take, frames)
-    _write_root_layer(root, character.name, animation.name, take, frames)
+    layers = _write_layers(root, animation) if animation.form.layout == "layered" else _write_single(root, animation)
     if not packed:
-        return [character, animation, root]
-    for layer in (root, character, animation):
+        return layers
+    for layer in layers:
         os.utime(layer, (_PACKED_AT, _PACKED_AT))
     package = scratch / out.name
     if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(root)), str(package)):
         raise LayfigureError(f"cannot write '{out}': USD could not pack it")
     return [package]
+
+
+def _write_single(root: Path, animation: Animation) -> list[Path]:
+    stage = Usd.Stage.CreateNew(str(root))
+    set_stage_units(stage)
+    set_stage_time(stage, animation.frames)
+    write_character(stage, animation.take.character, animation.take.meshes)
+    write_animation(stage, animation)
+    stage.GetRootLayer().Save()
+    return [root]
+
+
+def _write_layers(root: Path, animation: Animation) -> list[Path]:
+    take = animation.take
+    character, layer = root.with_name(f"{root.stem}.character.usdc"), root.with_name(f"{root.stem}.anim.usdc")
+    write_character_layer(str(character), take.character, take.meshes)
+    write_animation_layer(str(layer), animation)
+    _write_root_layer(root, character.name, layer.name, take, animation.frames)
+    return [character, layer, root]
 
 
 def _write_root_layer(path: Path, character: str, animation: str, take: Take, frames: Frames) -> None:

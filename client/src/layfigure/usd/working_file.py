@@ -1,0 +1,93 @@
+"""The take so far as one USD file that grows while it is recorded, so that it can be opened after a crash."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Tf, Usd
+
+from layfigure import skeleton
+from layfigure.protocol import Character, Mesh
+from layfigure.resample import Between, frame_times_us
+from layfigure.take import TakeBuilder
+from layfigure.usd import values
+from layfigure.usd.animation_layer import define_animation
+from layfigure.usd.character_layer import set_stage_units, write_character
+
+SAVE_EVERY_US = 1_000_000  # of simulation time
+
+_logger = logging.getLogger(__name__)
+
+
+class WorkingFile:
+    """Every frame of every joint, whatever is made of the take in the end. A crate file is saved by appending to it, so
+    a save costs what has come since the last one. One that cannot be written is given up, with a warning: the event log
+    holds all that it would."""
+
+    def __init__(self, path: Path, character: Character, meshes: tuple[Mesh, ...], fps: float) -> None:
+        self.path = path
+        self._character = character
+        self._fps = fps
+        self._frames = 0
+        self._poses = 0  # of those that came, the last one that is in a frame, or just before it
+        self._saved_us = 0
+        self._stage: Any = None
+        path.unlink(missing_ok=True)
+        try:
+            self._stage = Usd.Stage.CreateNew(str(path))
+            set_stage_units(self._stage)
+            self._stage.SetTimeCodesPerSecond(fps)
+            self._stage.SetFramesPerSecond(fps)
+            self._stage.SetStartTimeCode(0.0)
+            write_character(self._stage, character, meshes)
+            self._animation = define_animation(self._stage, character)
+            self._save()
+        except Tf.ErrorException as error:
+            self._give_up(error)
+
+    def update(self, builder: TakeBuilder) -> None:
+        """Takes the poses that have come; saves now and then."""
+        if self._stage is None or builder.pose_count == 0:
+            return
+        try:
+            self._append(builder)
+            if builder.duration_s * 1e6 >= self._saved_us + SAVE_EVERY_US:
+                self._saved_us = round(builder.duration_s * 1e6)
+                self._save()
+        except Tf.ErrorException as error:
+            self._give_up(error)
+
+    def remove(self) -> None:
+        """When all is in better hands."""
+        self._stage = None
+        self.path.unlink(missing_ok=True)
+
+    def _append(self, builder: TakeBuilder) -> None:
+        motion = builder.motion_since(self._poses)
+        wanted_us = frame_times_us(motion.times_us, self._fps, self._frames)
+        if len(wanted_us) == 0:
+            return
+        between = Between(motion.times_us, wanted_us)
+        translations = skeleton.local_translations(self._character, between.linear(motion.root_translations))
+        rotations = between.spherical(motion.rotations)
+        for code in range(len(wanted_us)):
+            frame = float(self._frames + code)
+            self._animation.GetRotationsAttr().Set(values.quatf_array(rotations[code]), frame)
+            self._animation.GetTranslationsAttr().Set(values.vec3f_array(translations[code]), frame)
+        self._frames += len(wanted_us)
+        self._poses += int(np.searchsorted(motion.times_us, wanted_us[-1], side="right")) - 1
+
+    def _save(self) -> None:
+        self._stage.SetEndTimeCode(max(self._frames - 1.0, 0.0))
+        self._stage.GetRootLayer().Save()
+
+    def _give_up(self, error: Tf.ErrorException) -> None:
+        _logger.warning("cannot write '%s', the take is in its event log alone: %s", self.path, _first_line(error))
+        self.remove()
+
+
+def _first_line(error: Tf.ErrorException) -> str:
+    return str(error).splitlines()[0]
