@@ -50,7 +50,7 @@ class SkinDistance:
         )
         motions = self._skin.motions(*skeleton.compose(self._generations, translations, rotations))
         differences = motions - self._recorded[between]
-        bounds = self._skin.of_blocks(self._joint_bounds(differences))
+        bounds = self._skin.of_blocks(self._pair_bounds(differences))
 
         def farthest(block: int, rows: Indices) -> Floats:
             offsets = self._skin.skin_block(self._skin.blocks[block], differences[rows])
@@ -58,17 +58,18 @@ class SkinDistance:
 
         return largest(bounds, farthest, floor=limit, ceiling=limit) > limit
 
-    def _joint_bounds(self, differences: Floats) -> Floats:
-        """(E, M): no vertex that a joint alone would move is farther off.
+    def _pair_bounds(self, differences: Floats) -> Floats:
+        """(E, B): no vertex of a block that one of its joints alone would move is farther off.
 
         |D p + d| <= |D c + d| + |D| |p - c| in the sphere about c; a difference D of two rotations stretches every
         direction across their common axis by the same |D| = sqrt(tr(D^T D) / 2).
         """
         bounds = self._skin.bounds
         moved = differences[:, :, bounds.joints]
-        centres = np.einsum("fijk,jk->fij", moved[..., :3], bounds.centres) + moved[..., 3]
-        stretch = np.sqrt(0.5 * np.einsum("fijk,fijk->fj", moved[..., :3], moved[..., :3]))
-        return np.asarray(np.sqrt(np.einsum("fij,fij->fj", centres, centres)) + stretch * bounds.radii, np.float64)
+        centres = np.einsum("fibk,bk->fib", moved[..., :3], bounds.centres) + moved[..., 3]
+        turns = differences[..., :3]
+        stretch = np.sqrt(0.5 * np.einsum("fijk,fijk->fj", turns, turns))[:, bounds.joints]
+        return np.asarray(np.sqrt(np.einsum("fib,fib->fb", centres, centres)) + stretch * bounds.radii, np.float64)
 
     def path_lengths(self) -> Floats:
         """(F), never falling: between two frames no vertex moves farther than their values differ, nor if keys at both
@@ -86,7 +87,7 @@ class SkinDistance:
     def _reaches(self) -> Floats:
         """(J) the greatest distance from a joint to a vertex on it or on what it carries, in any pose."""
         reaches = np.zeros(len(self._character.joints))
-        reaches[self._skin.bounds.joints] = self._skin.bounds.reaches
+        np.maximum.at(reaches, self._skin.bounds.joints, self._skin.bounds.reaches)
         for joint, parent in reversed(list(enumerate(skeleton.parents(self._character)))):
             if parent >= 0:
                 bone = np.linalg.norm(self._character.joints[joint].rest_translation)

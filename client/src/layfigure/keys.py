@@ -18,6 +18,8 @@ def choose_keys(take: Take, skin: Skin, frames: Frames, form: TakeForm) -> Indic
     if form.keys == "marked":
         return _marked_keys(take, frames)
     if form.keys == "reduced":
+        if skin.vertex_count == 0:
+            raise LayfigureError(f"'{take.character.name}' has no mesh to measure a tolerance on: choose other --keys")
         return reduced_keys(SkinDistance(take.character, skin, frames), form.tolerance_m)
     return np.arange(len(frames))
 

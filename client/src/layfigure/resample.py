@@ -23,25 +23,18 @@ class Frames:
     fps: float
     root_translations: Floats  # (F, 3)
     rotations: Floats  # (F, J, 4), neighbours in one hemisphere
-    rest_rotations: Floats  # (F, J, 4), likewise
-    torques: Floats  # (F, J, 3)
-    yielded: Bools  # (F, J)
 
     def __len__(self) -> int:
         return len(self.rotations)
 
 
 def resample(take: Take, fps: float) -> Frames:
-    """Slerp between the two poses around each frame; translations and torques linearly; joints flow while a pose says
-    so."""
+    """Slerp between the two poses around each frame; translations linearly."""
     between = Between(take.times_us, frame_times_us(take.times_us, fps))
     return Frames(
         fps=fps,
         root_translations=between.linear(take.root_translations),
         rotations=rotation.in_one_hemisphere(between.spherical(take.rotations)),
-        rest_rotations=rotation.in_one_hemisphere(between.spherical(take.rest_rotations)),
-        torques=between.linear(take.torques),
-        yielded=between.newest(take.yielded),
     )
 
 
@@ -64,6 +57,25 @@ def at_rest(frames: Frames, character: Character, moving: Bools) -> Frames:
         frames,
         rotations=np.where(moving[:, None], frames.rotations, rests),
         root_translations=roots if moving[root] else still,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """What the joints bear in each frame."""
+
+    rest_rotations: Floats  # (F, J, 4), neighbours in one hemisphere
+    torques: Floats  # (F, J, 3) [N m], in the joint's frame
+    yielded: Bools  # (F, J)
+
+
+def felt(take: Take, fps: float) -> Felt:
+    """Of the frames of resample(): slerp, torques linearly; a joint flows while the newest pose says so."""
+    between = Between(take.times_us, frame_times_us(take.times_us, fps))
+    return Felt(
+        rest_rotations=rotation.in_one_hemisphere(between.spherical(take.rest_rotations)),
+        torques=between.linear(take.torques),
+        yielded=between.newest(take.yielded),
     )
 
 

@@ -31,14 +31,18 @@ class Block:
 
 
 @dataclass(frozen=True, eq=False)
-class JointBounds:
-    """Where the vertices are that a joint moves, in the bind pose: a skinned vertex is a mean of such points, moved."""
+class Bounds:
+    """Where the vertices of a block are that one of its joints moves, in the bind pose; B pairs of block and joint.
 
-    joints: Indices  # (M) those that move any vertex
-    centres: Floats  # (M, 3) of their boxes
-    half_sizes: Floats  # (M, 3)
-    radii: Floats  # (M) of the spheres about the centres
-    reaches: Floats  # (M) of the spheres about the joints
+    A skinned vertex is a mean of such points, each moved by its joint.
+    """
+
+    starts: Indices  # of each block's pairs
+    joints: Indices  # (B)
+    centres: Floats  # (B, 3) of the vertices' boxes
+    half_sizes: Floats  # (B, 3)
+    radii: Floats  # (B) of the spheres about the centres
+    reaches: Floats  # (B) of the spheres about the joints
 
 
 class Skin:
@@ -48,10 +52,8 @@ class Skin:
         self._bind_positions = np.array([joint.bind_translation for joint in joints])
         points, weights = _joined(meshes, len(joints))
         self.vertex_count = len(points)
-        self.bounds = _joint_bounds(points, weights, self._bind_positions)
         self.blocks = _blocks(points, weights)
-        moved = {int(joint): row for row, joint in enumerate(self.bounds.joints)}
-        self._bound_rows = [np.array([moved[int(joint)] for joint in block.joints]) for block in self.blocks]
+        self.bounds = _bounds(points, weights, self.blocks, self._bind_positions)
 
     def motions(self, world_rotations: Floats, positions: Floats) -> Floats:
         """(F, 3, J, 4), the rows of each joint's 3x4 matrix from its bind pose, of world poses (F, J, 4), (F, J, 3)."""
@@ -74,9 +76,9 @@ class Skin:
             skinned[:, block.vertices] = np.swapaxes(self.skin_block(block, motions), 1, 2)
         return skinned
 
-    def of_blocks(self, of_joints: Floats) -> Floats:
-        """(F, blocks): of bounds (F, M) for the vertices of a joint, those for the vertices of a block."""
-        return np.stack([of_joints[:, rows].max(axis=1) for rows in self._bound_rows], axis=1)
+    def of_blocks(self, of_pairs: Floats) -> Floats:
+        """(F, blocks): of upper bounds (F, B) for the pairs of block and joint those for the blocks."""
+        return np.asarray(np.maximum.reduceat(of_pairs, self.bounds.starts, axis=1), np.float64)
 
     def boxes(self, motions: Floats) -> Floats:
         """(F, 2, 3) least and greatest corner of the skinned vertices. Few blocks can hold the outermost one."""
@@ -84,8 +86,8 @@ class Skin:
         bounds = self.bounds
         for axis in range(3):
             rows = motions[:, axis, bounds.joints]
-            middles = np.einsum("fjk,jk->fj", rows[..., :3], bounds.centres) + rows[..., 3]
-            halves = np.einsum("fjk,jk->fj", np.abs(rows[..., :3]), bounds.half_sizes)
+            middles = np.einsum("fbk,bk->fb", rows[..., :3], bounds.centres) + rows[..., 3]
+            halves = np.einsum("fbk,bk->fb", np.abs(rows[..., :3]), bounds.half_sizes)
             for end, sign in ((0, -1.0), (1, 1.0)):
                 outermost = self._outermost(motions, axis, sign)
                 boxes[:, end, axis] = sign * largest(self.of_blocks(sign * middles + halves), outermost)
@@ -135,9 +137,10 @@ def _joined(meshes: Sequence[Mesh], joint_count: int) -> tuple[Floats, Floats]:
     return points, weights
 
 
-def _joint_bounds(points: Floats, weights: Floats, positions: Floats) -> JointBounds:
-    joints = np.flatnonzero(weights.any(axis=0))
-    moved = [points[weights[:, joint] > 0.0] for joint in joints]
+def _bounds(points: Floats, weights: Floats, blocks: Sequence[Block], positions: Floats) -> Bounds:
+    counts = [len(block.joints) for block in blocks]
+    joints = np.concatenate([np.zeros(0, np.intp), *(block.joints for block in blocks)])
+    moved = [points[block.vertices[weights[block.vertices, joint] > 0.0]] for block in blocks for joint in block.joints]
     low = np.array([each.min(axis=0) for each in moved]).reshape(-1, 3)
     high = np.array([each.max(axis=0) for each in moved]).reshape(-1, 3)
     centres = 0.5 * (low + high)
@@ -145,7 +148,14 @@ def _joint_bounds(points: Floats, weights: Floats, positions: Floats) -> JointBo
     def farthest(origins: Floats) -> Floats:
         return np.array([np.linalg.norm(each - o, axis=1).max() for each, o in zip(moved, origins, strict=True)])
 
-    return JointBounds(joints, centres, 0.5 * (high - low), farthest(centres), farthest(positions[joints]))
+    return Bounds(
+        starts=np.cumsum([0, *counts[:-1]]),
+        joints=joints,
+        centres=centres,
+        half_sizes=0.5 * (high - low),
+        radii=farthest(centres),
+        reaches=farthest(positions[joints]),
+    )
 
 
 def _blocks(points: Floats, weights: Floats) -> tuple[Block, ...]:

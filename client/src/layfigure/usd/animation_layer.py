@@ -12,7 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 from layfigure import skeleton
 from layfigure.animation import Animation
 from layfigure.protocol import Bools, Character
-from layfigure.resample import Frames, pulls
+from layfigure.resample import Felt, Frames, felt, pulls
 from layfigure.take import Take
 from layfigure.usd import values
 from layfigure.usd.character_layer import character_prim_path, set_stage_units, skeleton_path
@@ -68,7 +68,7 @@ def write_animation(stage: Any, animation: Animation) -> None:
     set_samples(skel_animation.GetTranslationsAttr(), keys, [values.vec3f_array(row) for row in translations])
     _write_yield_events(prim, take, frames.fps)
     if animation.form.custom_data:
-        _write_felt(prim, frames)
+        _write_felt(prim, felt(take, frames.fps))
         _write_pulls(prim, take, frames)
     if len(animation.extents):
         root = UsdGeom.Boundable(stage.GetPrimAtPath(character_prim_path(take.character)))
@@ -105,12 +105,12 @@ def _write_yield_events(prim: Any, take: Take, fps: float) -> None:
     prim.SetCustomDataByKey("layfigure:yieldEnds", values.double_array([event.end for event in events]))
 
 
-def _write_felt(prim: Any, frames: Frames) -> None:
+def _write_felt(prim: Any, felt: Felt) -> None:
     """Of the joints, in the order of `joints`."""
     types = Sdf.ValueTypeNames
-    _write_custom(prim, "torques", types.Vector3fArray, [values.vec3f_array(row) for row in frames.torques])
-    _write_custom(prim, "restRotations", types.QuatfArray, [values.quatf_array(row) for row in frames.rest_rotations])
-    _write_custom(prim, "yielded", types.BoolArray, [_bool_array(row) for row in frames.yielded])
+    _write_custom(prim, "torques", types.Vector3fArray, [values.vec3f_array(row) for row in felt.torques])
+    _write_custom(prim, "restRotations", types.QuatfArray, [values.quatf_array(row) for row in felt.rest_rotations])
+    _write_custom(prim, "yielded", types.BoolArray, [_bool_array(row) for row in felt.yielded])
 
 
 def _write_pulls(prim: Any, take: Take, frames: Frames) -> None:
