@@ -13,6 +13,7 @@ from layfigure.take_form import DEFAULT_TOLERANCE_M, Keys, Layout, TakeForm
 
 _DEFAULT_FPS = 24.0
 _DEFAULT_TOLERANCE_MM = DEFAULT_TOLERANCE_M * 1e3
+_MAX_RATE = 10_000  # above every rate of poses: it is a slip, which would fill the memory
 _NTSC_BASES = (24, 30, 48, 60, 120)  # of these, 1000/1001 are in use: 23.976, 29.97, ...
 _NTSC_ROUNDING = 5e-3  # how far off their usual names are: 23.98
 
@@ -86,8 +87,10 @@ def frame_rate(text: str) -> float:
         rate = Fraction(text)
     except (ValueError, ZeroDivisionError):
         rate = Fraction(0)
-    if rate <= 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number greater than 0, or a fraction such as 24000/1001")
+    if not 0 < rate <= _MAX_RATE:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a number greater than 0, up to {_MAX_RATE}, or a fraction like 24000/1001"
+        )
     for base in _NTSC_BASES:
         exact = Fraction(base * 1000, 1001)
         if abs(rate - exact) <= _NTSC_ROUNDING:

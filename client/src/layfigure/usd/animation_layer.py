@@ -115,11 +115,12 @@ def _write_felt(prim: Any, felt: Felt) -> None:
 
 def _write_pulls(prim: Any, take: Take, frames: Frames) -> None:
     """Of the pointers, in the order of `layfigure:pointers`."""
-    if not take.pointers:
+    tracks = [track for track in take.pointers if len(track.times_us)]
+    if not tracks:
         return
     pointers = prim.CreateAttribute("layfigure:pointers", Sdf.ValueTypeNames.IntArray, custom=True)
-    pointers.Set(values.int_array([track.pointer for track in take.pointers]))
-    of_pointers = [pulls(track, frames) for track in take.pointers if len(track.times_us)]
+    pointers.Set(values.int_array([track.pointer for track in tracks]))
+    of_pointers = [pulls(track, frames) for track in tracks]
     types = Sdf.ValueTypeNames
     joints = np.stack([pull.joints for pull in of_pointers], axis=1)
     positions = np.stack([pull.positions for pull in of_pointers], axis=1)
