@@ -12,67 +12,14 @@ from pathlib import Path
 import pytest
 from client_support.broker import Broker
 from client_support.cli import Cli, assert_one_line_error, cli_command, cli_environment
+from client_support.recording import WAIT_S, Recording, wait_for_poses
 from client_support.scripted_server import ScriptedServer
 from pxr import Usd
 
-from layfigure.bus import Bus, read_events
+from layfigure.bus import Bus
 from layfigure.protocol import POSE_CHANNEL
 from layfigure.take_collector import read_take
 from layfigure.usd.checks import check
-
-WAIT_S = 30.0
-
-
-def wait_for_poses(log: Path, count: int) -> None:
-    deadline = time.monotonic() + WAIT_S
-    while sum(event.channel == POSE_CHANNEL for event in read_events(log)) < count:
-        assert time.monotonic() < deadline, "the poses did not arrive"
-        time.sleep(0.02)
-
-
-class Recording:
-    """`layfigure record` as a process, with a scripted server on the same broker."""
-
-    def __init__(self, folder: Path, broker: Broker, *options: str, out: str = "take.usda") -> None:
-        self.server = ScriptedServer(Bus(broker.url))
-        self._serving = self.server.serve()
-        self._publisher = ScriptedServer(Bus(broker.url))  # a thread may use only its own bus
-        self._publisher.bus._handlers.clear()
-        self.process = subprocess.Popen(
-            cli_command("record", out, "--lcm-url", broker.url, *options),
-            cwd=folder,
-            env=cli_environment(),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        self.first_line = self._first_line()
-
-    def _first_line(self) -> str:
-        assert self.process.stderr is not None
-        return self.process.stderr.readline()
-
-    def publish(self, poses: int, log: Path) -> None:
-        """Returns when the recorder's log holds all of them."""
-        self._publisher.publish_poses(poses)
-        wait_for_poses(log, self._publisher.poses)
-
-    def finish(self, number: int | None = signal.SIGINT) -> tuple[int, str, str]:
-        if number is not None:
-            self.process.send_signal(number)
-        output, errors = self.process.communicate(timeout=WAIT_S)
-        return self.process.returncode, output, errors
-
-    def leave(self) -> None:
-        self._publisher.publish_status("leaving")
-
-    def end(self) -> None:
-        self.server.stop()
-        self._serving.join(WAIT_S)
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.communicate()
 
 
 @pytest.fixture
@@ -242,7 +189,22 @@ def test_cli_bad_url_fails_in_one_line(cli: Cli, url: str) -> None:
         (["record", "take.usda", "--fps", "0"], "'0' is not a number greater than 0"),
         (["record", "take.usda", "--fps", "nan"], "nan"),
         (["record", "take.usda", "--fps", "fast"], "fast"),
+        (["record", "take.usda", "--fps", "1/0"], "1/0"),
+        (["record", "take.usda", "--fps", "1e9"], "1e9"),
+        (["record", "take.usda", "--keys", "some"], "some"),
+        (["record", "take.usda", "--keys", "reduced", "--tolerance-mm", "0"], "'0'"),
+        (["record", "take.usda", "--keys", "reduced", "--tolerance-mm", "-1"], "-1"),
+        (["record", "take.usda", "--keys", "reduced", "--tolerance-mm", "nan"], "nan"),
+        (["record", "take.usda", "--tolerance-mm", "1"], "--tolerance-mm is for --keys reduced"),
+        (["record", "take.usda", "--layout", "flat"], "flat"),
+        (["record", "take.usda", "--joints"], "--joints"),
         (["record", "take.usda", "--duration", "-1"], "-1"),
+        (["export"], "TAKE.lcmlog"),
+        (["export", "take.lcmlog"], "OUT"),
+        (["export", "take.lcmlog", "take.fbx"], "take.fbx"),
+        (["export", "take.lcmlog", "none/take.usda"], "none"),
+        (["export", "take.lcmlog", "take.usda", "--tolerance-mm", "1"], "--keys reduced"),
+        (["export", "take.lcmlog", "take.usda", "--takes"], "--takes"),
         (["record", "take.usda", "--speed", "2"], "--speed"),
         (["record", "take.usda", "--channel-prefix", "a b"], "'a b'"),
         (["record", "take.usda", "--channel-prefix", "x" * 50], "prefix"),
@@ -274,6 +236,7 @@ def test_cli_bad_arguments_are_usage_errors(cli: Cli, tmp_path: Path, arguments:
         ["check", "none.usda"],
         ["preview", "none.usda", "-o", "a.png"],
         ["plot", "none.lcmlog", "-o", "a.png"],
+        ["export", "none.lcmlog", "a.usda"],
         ["play", "none.toml"],
         ["play", "none.toml", "--expect", "--junit", "r.xml"],
     ],
@@ -285,13 +248,19 @@ def test_cli_missing_file_fails_in_one_line(cli: Cli, tmp_path: Path, arguments:
 
 @pytest.mark.parametrize(
     "command",
-    [[], *([name] for name in ("record", "play", "check", "preview", "plot", "inspect", "status", "key", "step"))],
+    [
+        [],
+        *(
+            [name]
+            for name in ("record", "export", "play", "check", "preview", "plot", "inspect", "status", "key", "step")
+        ),
+    ],
 )
 def test_cli_help_shows_usage(cli: Cli, command: list[str]) -> None:
     result = cli(*command, "--help")
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.startswith("usage: layfigure")
-    if command in ([], ["record"], ["play"], ["check"], ["preview"], ["plot"], ["inspect"]):
+    if command in ([], ["record"], ["export"], ["play"], ["check"], ["preview"], ["plot"], ["inspect"]):
         assert "example" in result.stdout
 
 
@@ -307,7 +276,7 @@ def test_cli_commands_print_the_reply(cli: Cli, broker: Broker) -> None:
     try:
         url = ("--lcm-url", broker.url)
         assert "realtime_factor: 12.5" in cli("status", *url).stdout
-        assert cli("key", *url).stdout == "key: done at 0.000 s\n"
+        assert cli("key", *url).stdout == "key: done at 0.000 s, time_us 0, pose -1\n"
         assert cli("step", 20, *url).stdout == "step: done at 0.000 s, steps 20\n"
         server.refusals["reset"] = "not now"
         assert_one_line_error(cli("reset", *url), 1, "not now")

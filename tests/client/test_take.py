@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from client_support import synthetic
+from client_support.logs import write_log
 
 from layfigure import codec, messages
 from layfigure.analysis import summarize
@@ -11,10 +12,6 @@ from layfigure.bus import Event, EventLogWriter
 from layfigure.errors import LayfigureError, ProtocolError
 from layfigure.protocol import (
     CHARACTER_CHANNEL,
-    FORCE_CHANNEL,
-    MESH_CHANNEL,
-    POSE_CHANNEL,
-    STATUS_CHANNEL,
     Pose,
 )
 from layfigure.resample import resample
@@ -132,18 +129,6 @@ def test_summarize_take_lists_bodies_with_a_parent_most_loaded_first(take: Take)
     assert hand.largest_torque == pytest.approx(float(np.hypot(0.2, 5.0 * np.sin(1.0))), rel=1e-6)
     assert hand.rest_after_deg == pytest.approx(0.0, abs=1e-6)
     assert hand.moved_deg == pytest.approx(360.0 - np.degrees(4.0), abs=0.3)
-
-
-def write_log(path: Path, poses: int) -> None:
-    log = EventLogWriter(path)
-    log.write(Event(1, CHARACTER_CHANNEL, synthetic.character_message().encode()))
-    for chunk in synthetic.chunk_messages():
-        log.write(Event(2, MESH_CHANNEL, chunk.encode()))
-    log.write(Event(3, STATUS_CHANNEL, synthetic.status_message().encode()))
-    for sequence in range(poses):
-        log.write(Event(4 + sequence, POSE_CHANNEL, synthetic.pose_message(sequence).encode()))
-        log.write(Event(4 + sequence, FORCE_CHANNEL, synthetic.force_message(sequence).encode()))
-    log.close()
 
 
 def test_read_take_log_of_a_recording_equals_the_take(take: Take, tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ class ScriptedServer:
         self.content_hash = content_hash
         self.steps = 0
         self.poses = 0
+        self.time_us = 0  # of replies
         self.commands: list = []  # every command_t that came, repeated ones too
         self.pointers: list = []  # every pointer_t that came
         self.refusals: dict[str, str] = {}  # by command: the reason
@@ -89,6 +90,7 @@ class ScriptedServer:
         reply = messages.reply_t()
         reply.protocol_version = PROTOCOL_VERSION
         reply.server_id = self.server_id
+        reply.time_us = self.time_us
         reply.client_id, reply.sequence = command.client_id, command.sequence
         reply.reason = self.refusals.get(command.name, "")
         reply.accepted = not reply.reason
@@ -110,6 +112,8 @@ class ScriptedServer:
             return [_result("joint", [2.0]), _result("position", [1.0, 2.0, 3.0])]
         elif command.name == "pin":
             return [_result("pin", [7.0])]
+        elif command.name == "key":
+            return [_result("time_us", [0.0]), _result("pose", [float(self.poses - 1)])]
         elif command.name == "step":
             self._advance(int(given["count"].values[0]))
             return [_result("steps", [float(self.steps)])]

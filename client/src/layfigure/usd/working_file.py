@@ -16,6 +16,7 @@ from layfigure.take import TakeBuilder
 from layfigure.usd import values
 from layfigure.usd.animation_layer import define_animation
 from layfigure.usd.character_layer import set_stage_units, write_character
+from layfigure.usd.failures import reason
 
 SAVE_EVERY_US = 1_000_000  # of simulation time
 
@@ -85,9 +86,5 @@ class WorkingFile:
         self._stage.GetRootLayer().Save()
 
     def _give_up(self, error: Tf.ErrorException) -> None:
-        _logger.warning("cannot write '%s', the take is in its event log alone: %s", self.path, _first_line(error))
+        _logger.warning("cannot write '%s', the take is in its event log alone: %s", self.path, reason(error))
         self.remove()
-
-
-def _first_line(error: Tf.ErrorException) -> str:
-    return str(error).splitlines()[0]

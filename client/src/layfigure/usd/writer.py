@@ -29,6 +29,7 @@ from layfigure.usd.character_layer import (
     write_character,
     write_character_layer,
 )
+from layfigure.usd.failures import reason
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 EVERY_FRAME = TakeForm()
@@ -65,7 +66,7 @@ def write_animation_files(animation: Animation, out: Path) -> None:
     except OSError as error:
         raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error
     except Tf.ErrorException as error:
-        raise LayfigureError(f"cannot write '{out}': {str(error).splitlines()[0]}") from error
+        raise LayfigureError(f"cannot write '{out}': {reason(error)}") from error
 
 
 def _write_files(scratch: Path, out: Path, animation: Animation) -> list[Path]:
