@@ -1,4 +1,4 @@
-"""The files of a recording: logs that give the same USD again, several takes, a full disk, folders that are read-only."""
+"""The files of a recording: logs that give the same USD again, several takes, full disks, read-only folders."""
 
 import os
 import signal
@@ -180,19 +180,39 @@ def test_numbered_names_are_those_of_no_take_and_no_log(tmp_path: Path) -> None:
     assert [next(names).name for _ in range(3)] == ["take_002.usda", "take_004.usda", "take_005.usda"]
 
 
-def test_record_on_a_full_disk_ends_with_one_line_and_keeps_the_log(tmp_path: Path, broker: Broker) -> None:
-    """A limit of the files' size stands for the disk's: the log fills first, then there is no room for the USD."""
-    recording = Recording(tmp_path, broker, "--layout", "single", "--custom-data", largest_file=30_000)
+# A limit of the files' size stands for the disk's.
+
+
+def test_record_whose_log_has_no_more_room_ends_and_keeps_what_came(tmp_path: Path, broker: Broker) -> None:
+    recording = Recording(tmp_path, broker, largest_file=30_000)
     try:
         recording._publisher.publish_poses(600)
         code, output, errors = recording.finish(None)
     finally:
         recording.end()
+    assert code == 1
+    assert errors == "layfigure: cannot write 'take.recording.lcmlog': the disk is full\n"
+    poses = len(read_take(tmp_path / "take.lcmlog").times_us)
+    assert f"{poses} poses" in output
+    assert 10 < poses < 600
+    assert check(tmp_path / "take.usda").findings == ()
+
+
+def test_record_without_room_for_the_usd_ends_with_one_line_and_keeps_the_log(tmp_path: Path, broker: Broker) -> None:
+    options = ("--layout", "single", "--custom-data", "--fps", "3000")
+    recording = Recording(tmp_path, broker, *options, largest_file=200_000)
+    try:
+        recording.publish(61, tmp_path / "take.recording.lcmlog")
+        code, output, errors = recording.finish()
+    finally:
+        recording.end()
     assert (code, output) == (1, "")
-    assert len([line for line in errors.splitlines() if "warning" not in line]) == 1
-    assert "take.recording.lcmlog'" in errors
+    last = errors.splitlines()[-1]
+    assert last.startswith("layfigure: cannot write 'take.usda': Error occurred writing file: File too large")
+    assert last.endswith("all that was received is kept as 'take.recording.lcmlog'")
+    assert all("warning: cannot write 'take.recording.usdc'" in line for line in errors.splitlines()[:-1])
     assert [path.name for path in tmp_path.iterdir()] == ["take.recording.lcmlog"]
-    assert len(read_take(tmp_path / "take.recording.lcmlog").times_us) > 10
+    assert len(read_take(tmp_path / "take.recording.lcmlog").times_us) == 61
 
 
 def test_event_log_that_is_full_holds_whole_events_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,6 +57,7 @@ class EventLogWriter:
         try:
             if os.write(self._file, record) != len(record):
                 os.ftruncate(self._file, self._size)
+                os.lseek(self._file, self._size, os.SEEK_SET)
                 raise LayfigureError(f"cannot write '{self.path}': the disk is full")
         except OSError as error:
             raise LayfigureError(f"cannot write '{self.path}': {error.strerror}") from error
