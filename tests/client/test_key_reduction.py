@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from client_support.motions import FPS, moving_take, wandering
+from client_support.skinned import farthest_by_usd
 from pxr import Usd, UsdSkel
 
 from layfigure import key_reduction, skeleton
@@ -18,7 +19,6 @@ from layfigure.skinning import Skin
 from layfigure.take import Take
 from layfigure.take_form import TakeForm
 from layfigure.usd.checks import check
-from layfigure.usd.reader import SkinnedStage
 from layfigure.usd.writer import write_take
 
 TOLERANCE_M = 0.5e-3
@@ -31,17 +31,6 @@ def distance_of(take: Take) -> SkinDistance:
 
 def keys_of(take: Take, tolerance_m: float = TOLERANCE_M) -> list[int]:
     return reduced_keys(distance_of(take), tolerance_m).tolist()
-
-
-def farthest_by_usd(first: Path, second: Path) -> float:
-    """Over every vertex and frame of two takes, each skinned by UsdSkel [m]."""
-    one, other = SkinnedStage(first), SkinnedStage(second)
-    assert one.last_frame == other.last_frame
-    return max(
-        float(np.linalg.norm(a.points - b.points, axis=1).max())
-        for frame in np.arange(one.first_frame, one.last_frame + 1.0)
-        for a, b in zip(one.posed(frame), other.posed(frame), strict=True)
-    )
 
 
 def fewest_by_trying_all(distance: SkinDistance, tolerance_m: float) -> int:

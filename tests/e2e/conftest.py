@@ -13,6 +13,7 @@ import pytest
 from e2e_support import NO_DEFAULT_BUS, REPOSITORY, ClientProcess, RunClient, StartClient, client_command
 
 sys.path.append(str(REPOSITORY / "tests/server"))  # one way to start a server for all tests
+sys.path.append(str(REPOSITORY / "tests/client"))  # and to compare takes
 from server_support.process import ServerProcess, StartServer
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from client_support.skinned import farthest_by_usd
 from e2e_support import ClientProcess, RunClient
 from pxr import Usd, UsdGeom, UsdSkel
 from server_support.process import ServerProcess
@@ -25,12 +27,19 @@ FLOAT_TOLERANCE = 2e-7  # a few roundings of values near 1 to float
 SKIN_TOLERANCE = 1e-6  # [m] roundings along a chain of joints, over 0.3 m
 
 
-def record_session(binary: Path, character: Path, session: Path, out: Path, *options: object) -> None:
+def record_session(
+    binary: Path,
+    character: Path,
+    session: Path,
+    out: Path,
+    *options: object,
+    recorder_options: Sequence[str] = (),
+) -> None:
     """As a user would: a server, a recorder, a player, and the command that ends it all."""
     command = [binary, character, "--clock", "lockstep", "--broker", "0", *options]
     with ServerProcess(list(map(str, command))) as server:
         url = ("--lcm-url", server.url)
-        with ClientProcess(out.parent, ["record", out.name, *url]) as recorder:
+        with ClientProcess(out.parent, ["record", out.name, *url, *recorder_options]) as recorder:
             assert recorder.error_line().startswith("recording 'doll' (17 joints)")
             for arguments in (["play", session, *url], ["shutdown", *url]):
                 with ClientProcess(out.parent, arguments) as client:
@@ -153,3 +162,36 @@ def test_take_other_rates_end_at_the_same_pose(
     assert take.duration_s == pytest.approx(SESSION_S, abs=1.5 / pose_hz)
     assert joint(take, "upper_arm.L").rest_after_deg == pytest.approx(24.0, abs=2.0)
     assert check(tmp_path / "take.usdz").findings == ()
+
+
+def test_take_reduced_keys_hold_their_tolerance_by_usd(folder: Path, tmp_path: Path, client: RunClient) -> None:
+    """At the rate of the poses: what was recorded, and not what lies between."""
+    log, tolerance_mm = folder / "take.lcmlog", 0.5
+    for name, options in (("every", ()), ("reduced", ("--keys", "reduced", "--tolerance-mm", tolerance_mm))):
+        result = client("export", log, f"{name}.usdc", "--fps", 60, "--layout", "single", *options)
+        assert (result.returncode, result.stderr) == (0, "")
+    stage = Usd.Stage.Open(str(tmp_path / "reduced.usdc"))
+    keys = UsdSkel.Animation(stage.GetPrimAtPath("/doll/Animation")).GetRotationsAttr().GetNumTimeSamples()
+    assert 2 < keys < 0.5 * (SESSION_S * 60 + 1)
+    assert farthest_by_usd(tmp_path / "every.usdc", tmp_path / "reduced.usdc") <= tolerance_mm * 1e-3
+    assert check(tmp_path / "reduced.usdc").findings == ()
+
+
+def test_take_marks_are_the_keys_that_the_session_sets(binary: Path, character: Path, tmp_path: Path) -> None:
+    session = tmp_path / "keys.toml"
+    session.write_text(
+        "[[hand]]\npointer = 0\ndo = [{ wait = 0.5 }, { key = true }, { wait = 0.25 }, { key = true }, { wait = 0.5 }]\n"
+    )
+    record_session(binary, character, session, tmp_path / "take.usda", recorder_options=("--keys", "marked"))
+    marks_s = read_take(tmp_path / "take.lcmlog").marks_us * 1e-6
+    assert marks_s.tolist() == [pytest.approx(0.5, abs=0.01), pytest.approx(0.75, abs=0.01)]
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    animation = UsdSkel.Animation(stage.GetPrimAtPath("/doll/Animation"))
+    assert animation.GetRotationsAttr().GetTimeSamples() == [12.0, 18.0]
+    assert check(tmp_path / "take.usda").findings == ()
+
+
+def test_take_export_of_the_log_equals_what_was_recorded(folder: Path, tmp_path: Path, client: RunClient) -> None:
+    assert client("export", folder / "take.lcmlog", "take.usda").returncode == 0
+    for name in USD_FILES:
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name

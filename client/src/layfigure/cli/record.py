@@ -146,8 +146,10 @@ class Recording:
             if working is not None and not self._recorder.has_poses:
                 working.remove()
         if self._recorder.has_poses:
-            self._finish(out)
-            working_path(out).unlink(missing_ok=True)
+            try:
+                self._finish(out)
+            finally:
+                working_path(out).unlink(missing_ok=True)  # the log holds all of it
         if failure is not None:
             raise failure
 
