@@ -180,7 +180,14 @@ def test_take_reduced_keys_hold_their_tolerance_by_usd(folder: Path, tmp_path: P
 def test_take_marks_are_the_keys_that_the_session_sets(binary: Path, character: Path, tmp_path: Path) -> None:
     session = tmp_path / "keys.toml"
     session.write_text(
-        "[[hand]]\npointer = 0\ndo = [{ wait = 0.5 }, { key = true }, { wait = 0.25 }, { key = true }, { wait = 0.5 }]\n"
+        """
+        [[hand]]
+        pointer = 0
+        do = [
+          { grab = "hand.L" }, { move = [0.0, 0.0, 0.1], over = 0.5 }, { key = true },
+          { move = [0.0, -0.1, 0.1], over = 0.25 }, { key = true }, { release = true },
+        ]
+        """
     )
     record_session(binary, character, session, tmp_path / "take.usda", recorder_options=("--keys", "marked"))
     marks_s = read_take(tmp_path / "take.lcmlog").marks_us * 1e-6
