@@ -11,7 +11,8 @@ shortest path are then evaluated at every frame, those that fail are taken out, 
 path holds. Only edges that do fail are ever taken out, so the path is the shortest of all that were looked for.
 
 The cost is bounded: no edge is longer than MAX_SPAN frames, but for one where the doll rests: there the farthest edge
-is known from the length of the skin's path, without evaluating any frame.
+is known from the length of the skin's path, without evaluating any frame. For each frame there are about twice as many
+evaluations as there are frames between two keys, plus LOOKAHEAD, of some 0.1 ms each for 50 joints and 13 000 vertices.
 """
 
 from __future__ import annotations
