@@ -45,6 +45,7 @@ class WorkingFile:
             self._stage.SetStartTimeCode(0.0)
             write_character(self._stage, character, meshes)
             self._animation = define_animation(self._stage, character)
+            self._rest()
             self._save()
         except Tf.ErrorException as error:
             self._give_up(error)
@@ -65,6 +66,13 @@ class WorkingFile:
         """When all is in better hands."""
         self._stage = None
         self.path.unlink(missing_ok=True)
+
+    def _rest(self) -> None:
+        """What is seen as long as no frame has come."""
+        joints = self._character.joints
+        rotations = values.quatf_array(np.array([joint.rest_rotation for joint in joints]))
+        self._animation.GetRotationsAttr().Set(rotations)
+        self._animation.GetTranslationsAttr().Set(values.vec3f_array([joint.rest_translation for joint in joints]))
 
     def _append(self, builder: TakeBuilder) -> None:
         motion = builder.motion_since(self._poses)
