@@ -48,19 +48,53 @@ void set_scaling(const Eigen::Ref<const Eigen::MatrixXd>& delassus, Problem& pro
   }
 }
 
+/// One past the last row that the law at row j reaches.
+int end_of_reach(const Eigen::Ref<const Eigen::MatrixXd>& delassus, const std::vector<LcpRow>& rows, int j) {
+  const int n = static_cast<int>(rows.size());
+  const int own_end = j + rows_of(rows[j]);
+  int end = own_end;
+  for (int k = j; k < own_end; ++k) {
+    int last = n;
+    while (last > end && delassus(last - 1, k) == 0.0) --last;
+    end = last;
+  }
+  while (end < n && rows[end].kind == LcpRowKind::kTangent) ++end;
+  return end;
+}
+
+void set_extents(const Eigen::Ref<const Eigen::MatrixXd>& delassus, Problem& problem) {
+  const int n = problem.size;
+  problem.extents.assign(n, {n, 0});
+  for (int j = 0; j < n;) {
+    const int own_end = j + rows_of(problem.rows[j]);
+    const int end = end_of_reach(delassus, problem.rows, j);
+    for (int i = j; i < end; ++i) problem.extents[i].first = std::min(problem.extents[i].first, j);
+    for (; j < own_end; ++j) problem.extents[j].end = end;
+  }
+  for (int j = 0; j + 3 <= n; j += 3) {
+    const Extent all = joint(joint(problem.extents[j], problem.extents[j + 1]), problem.extents[j + 2]);
+    std::fill_n(problem.extents.begin() + j, 3, all);
+  }
+}
+
 void scale_matrix(const Eigen::Ref<const Eigen::MatrixXd>& delassus, Problem& problem) {
   const int n = problem.size;
+  const auto is_full = [n](const Extent& extent) { return extent.first == 0 && extent.end == n; };
+  if (!std::all_of(problem.extents.begin(), problem.extents.end(), is_full)) {
+    std::fill(problem.matrix.begin(), problem.matrix.end(), 0.0);
+  }
   for (int j = 0; j < n; ++j) {
     const double d = problem.scaling[j];
+    const int end = problem.extents[j].end;
     double* column = problem.matrix.data() + static_cast<std::size_t>(j) * n;
-    for (int i = j; i < n; ++i) column[i] = problem.scaling[i] * delassus(i, j) * d;
-    for (int i = j + 1; i < n; ++i) problem.matrix[static_cast<std::size_t>(i) * n + j] = column[i];
+    for (int i = j; i < end; ++i) column[i] = problem.scaling[i] * delassus(i, j) * d;
+    for (int i = j + 1; i < end; ++i) problem.matrix[static_cast<std::size_t>(i) * n + j] = column[i];
   }
 }
 
 /// y += A x, contact by contact: three columns at once. Those that x leaves out cost nothing.
 LAYFIGURE_KERNEL
-void add_columns(const double* matrix, int n, const double* __restrict x, double* __restrict y) {
+void add_columns(const double* matrix, const Extent* extents, int n, const double* __restrict x, double* __restrict y) {
   int j = 0;
   for (; j + 3 <= n; j += 3) {
     const double a0 = x[j], a1 = x[j + 1], a2 = x[j + 2];
@@ -68,12 +102,13 @@ void add_columns(const double* matrix, int n, const double* __restrict x, double
     const double* __restrict c0 = matrix + static_cast<std::size_t>(j) * n;
     const double* __restrict c1 = c0 + n;
     const double* __restrict c2 = c1 + n;
-    for (int i = 0; i < n; ++i) y[i] += a0 * c0[i] + a1 * c1[i] + a2 * c2[i];
+    const auto [first, end] = extents[j];
+    for (int i = first; i < end; ++i) y[i] += a0 * c0[i] + a1 * c1[i] + a2 * c2[i];
   }
   for (; j < n; ++j) {
     const double a = x[j];
     const double* __restrict c = matrix + static_cast<std::size_t>(j) * n;
-    for (int i = 0; i < n; ++i) y[i] += a * c[i];
+    for (int i = extents[j].first; i < extents[j].end; ++i) y[i] += a * c[i];
   }
 }
 
@@ -105,6 +140,7 @@ void scale_vectors(const Eigen::Ref<const Eigen::VectorXd>& bias, Problem& probl
 
 void reserve(Problem& problem, int rows) {
   problem.matrix.reserve(static_cast<std::size_t>(rows) * rows);
+  problem.extents.reserve(rows);
   problem.bias.reserve(rows);
   problem.scaling.reserve(rows);
   problem.rows.reserve(rows);
@@ -115,18 +151,19 @@ bool set_up(const Eigen::Ref<const Eigen::MatrixXd>& delassus, const Eigen::Ref<
   if (!are_laws(rows) || !is_finite(delassus, bias)) return false;
   const int n = static_cast<int>(rows.size());
   problem.size = n;
-  problem.matrix.resize(static_cast<std::size_t>(n) * n);
   problem.bias.resize(n);
   problem.scaling.resize(n);
   problem.rows.assign(rows.begin(), rows.end());
+  problem.matrix.resize(static_cast<std::size_t>(n) * n);
   set_scaling(delassus, problem);
+  set_extents(delassus, problem);
   scale_matrix(delassus, problem);
   scale_vectors(bias, problem);
   return std::isfinite(problem.magnitude);
 }
 
 void add_product(const Problem& problem, const Vector& x, Vector& y) {
-  add_columns(problem.matrix.data(), problem.size, x.data(), y.data());
+  add_columns(problem.matrix.data(), problem.extents.data(), problem.size, x.data(), y.data());
 }
 
 void velocities(const Problem& problem, const Vector& lambda, Vector& v) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -9,15 +10,26 @@
 
 namespace layfigure::dynamics::lcp {
 
+/// Rows [first, end) of a column of A', outside of which it is zero; whole contacts. Bodies that no joint ties together
+/// have nothing in common: in a stack of boxes a contact reaches no further than to those of the boxes next to it.
+struct Extent {
+  int first;
+  int end;
+};
+[[nodiscard]] inline Extent joint(const Extent& a, const Extent& b) {
+  return {std::min(a.first, b.first), std::max(a.end, b.end)};
+}
+
 /// The problem in scaled rows: lambda' = lambda / (d m), v' = d v / m, A'_ij = d_i A_ij d_j, so that A' has about a
 /// unit diagonal and the largest of b' and P_K(0) is 1. Names below are of the scaled quantities.
 struct Problem {
   int size{0};
-  Vector matrix;             ///< A', both triangles, column-major
-  Vector bias;               ///< b'
-  Vector scaling;            ///< d
-  std::vector<LcpRow> rows;  ///< with the bounds scaled
-  double magnitude{1.0};     ///< m
+  Vector matrix;                ///< A', both triangles, column-major
+  std::vector<Extent> extents;  ///< of each of its columns, the same for columns 3 k, 3 k + 1 and 3 k + 2
+  Vector bias;                  ///< b'
+  Vector scaling;               ///< d
+  std::vector<LcpRow> rows;     ///< with the bounds scaled
+  double magnitude{1.0};        ///< m
 
   [[nodiscard]] const double* column(int j) const { return matrix.data() + static_cast<std::size_t>(j) * size; }
 };

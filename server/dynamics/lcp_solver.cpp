@@ -285,7 +285,8 @@ void Solver::relax(int row, int count) {
     if (change == 0.0) continue;
     lambda[row + k] = next[k];
     const double* column = problem.column(row + k);
-    for (int i = 0; i < problem.size; ++i) v[i] += change * column[i];
+    const auto [first, end] = problem.extents[row + k];
+    for (int i = first; i < end; ++i) v[i] += change * column[i];
   }
 }
 

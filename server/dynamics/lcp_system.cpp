@@ -17,20 +17,21 @@ inline double along(const Direction& d, const double* entries) {
   return d.w[0] * x[0] + d.w[1] * x[1] + d.w[2] * x[2];
 }
 
-/// Three columns from `first` on, combined.
+/// Three columns of length n from `first` on, combined.
 LAYFIGURE_KERNEL
-void combine(const double* __restrict first, int n, const double* u, double* __restrict sum) {
+void combine(const double* __restrict first, int n, const Extent& rows, const double* u, double* __restrict sum) {
   const double u0 = u[0], u1 = u[1], u2 = u[2];
   const double* __restrict next = first + n;
   const double* __restrict last = next + n;
-  for (int i = 0; i < n; ++i) sum[i] = u0 * first[i] + u1 * next[i] + u2 * last[i];
+  for (int i = rows.first; i < rows.end; ++i) sum[i] = u0 * first[i] + u1 * next[i] + u2 * last[i];
 }
 
 }  // namespace
 
 void ReducedSystem::reserve(int rows) {
   directions_.reserve(rows);
-  runs_.reserve(rows);
+  rows_.reserve(rows);
+  combined_.reserve(rows);
   change_.reserve(rows);
   product_.reserve(rows);
   system_.reserve(rows);
@@ -39,22 +40,22 @@ void ReducedSystem::reserve(int rows) {
 void ReducedSystem::clear(int rows) {
   reserve(rows);
   directions_.clear();
-  runs_.clear();
+  rows_.clear();
+  combined_.clear();
   change_.assign(rows, 0.0);
   jumps_ = false;
   symmetric_ = true;
 }
 
 void ReducedSystem::add_free_row(int row, double compliance, double rhs) {
-  const int number = static_cast<int>(directions_.size());
-  const bool goes_on = !runs_.empty() && runs_.back().length > 0 && runs_.back().row + runs_.back().length == row;
-  if (!goes_on) runs_.push_back({.row = row, .first = number, .length = 0});
-  ++runs_.back().length;
+  rows_.push_back(row);
   directions_.push_back({.row = row, .count = 1, .u = {1.0}, .w = {1.0}, .compliance = compliance, .rhs = rhs});
 }
 
 void ReducedSystem::add(const Direction& direction) {
-  runs_.push_back({.row = direction.row, .first = static_cast<int>(directions_.size()), .length = 0});
+  const bool takes_first = direction.w[0] == 1.0 && direction.w[1] == 0.0 && direction.w[2] == 0.0;
+  if (!takes_first) combined_.push_back(static_cast<int>(directions_.size()));
+  rows_.push_back(direction.row);
   directions_.push_back(direction);
   symmetric_ = symmetric_ && std::equal(direction.u, direction.u + 3, direction.w);
 }
@@ -70,19 +71,36 @@ void ReducedSystem::subtract_jump(const Problem& problem) {
   for (Direction& d : directions_) d.rhs -= along(d, product_.data());
 }
 
+/// Directions whose rows are among these.
+Extent ReducedSystem::directions_in(const Extent& rows) const {
+  const auto place = [this](int row) {
+    return static_cast<int>(std::lower_bound(rows_.begin(), rows_.end(), row) - rows_.begin());
+  };
+  const int count = static_cast<int>(rows_.size());
+  return {rows.first == 0 ? 0 : place(rows.first), rows.end > rows_.back() ? count : place(rows.end)};
+}
+
 void ReducedSystem::fill_column(const Problem& problem, int k) {
   const Direction& d = directions_[k];
+  Extent reach = problem.extents[d.row];
   const double* image = problem.column(d.row);  // A U
   if (d.count == 3) {
-    combine(image, problem.size, d.u, product_.data());
+    reach = joint(joint(reach, problem.extents[d.row + 1]), problem.extents[d.row + 2]);
+    combine(image, problem.size, reach, d.u, product_.data());
     image = product_.data();
   }
-  double* column = system_.column(k);
-  for (const Run& run : runs_) {
-    if (run.length == 0) column[run.first] = along(directions_[run.first], image);
-    for (int i = 0; i < run.length; ++i) column[run.first + i] = image[run.row + i];
+  const auto [start, end] = directions_in(reach);
+  const int first = symmetric_ ? k : start;
+  double* const column = system_.column(k);
+  if (!symmetric_) system_.begin_column(k, first);
+  const int* const rows = rows_.data();
+#pragma GCC unroll 4
+  for (int i = first; i < end; ++i) column[i] = image[rows[i]];
+  for (const int i : combined_) {
+    if (i >= first && i < end) column[i] = along(directions_[i], image);
   }
   column[k] += d.compliance;
+  system_.end_column(k, end);
   system_.rhs()[k] = d.rhs;
 }
 

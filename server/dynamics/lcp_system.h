@@ -34,17 +34,12 @@ class ReducedSystem {
 
  private:
   void subtract_jump(const Problem& problem);
+  [[nodiscard]] Extent directions_in(const Extent& rows) const;
   void fill_column(const Problem& problem, int k);
 
-  /// Directions that are unit vectors of rows in succession, or, of length 0, a single one that is none.
-  struct Run {
-    int row;
-    int first;  ///< direction
-    int length;
-  };
-
   std::vector<Direction> directions_;
-  std::vector<Run> runs_;
+  std::vector<int> rows_;      ///< first rows of the directions, ascending
+  std::vector<int> combined_;  ///< directions of which W takes more than the first row, ascending
   Vector change_;
   Vector product_;
   System system_;

@@ -61,11 +61,16 @@ void Transmission::measure(const Model& model, const RigidGroups& groups, const 
   for (const int rider : transmitting_) moments_[rider].setZero();
   const auto add = [&](const Wrench& wrench, int carrier, const Eigen::Vector3d& point, int body) {
     const Eigen::Quaterniond& R_WC = step.orientations[carrier];
-    needed_[carrier].force += wrench.force;
-    needed_[carrier].moment += wrench.moment + (R_WC * point).cross(wrench.force);
+    if (groups.group(carrier).parent >= 0) {
+      needed_[carrier].force += wrench.force;
+      needed_[carrier].moment += wrench.moment + (R_WC * point).cross(wrench.force);
+    }
     carry(model, groups, body, R_WC, point, wrench);
   };
-  for (const int i : groups.carriers()) needed_[i] = needed_by(model, groups.group(i), i, step, pulls);
+  // A root hangs on nothing that could transmit what it needs.
+  for (const int i : groups.carriers()) {
+    if (groups.group(i).parent >= 0) needed_[i] = needed_by(model, groups.group(i), i, step, pulls);
+  }
   for (std::size_t k = 0; k < pulls.on_groups.size(); ++k) {
     const Coupling& coupling = pulls.on_groups[k];
     const Wrench wrench{.force = -pulls.forces[k].force, .moment = -pulls.forces[k].torque};
