@@ -217,6 +217,8 @@ void add_limits(const std::vector<BoneName>& names, const std::vector<MassProper
   }
   const Mirror mirror = find_mirror(layout, doll.warnings);
   doll.mirror_of_body = mirror.mirror_of_body;
+  doll.mirror_normal = mirror.normal;
+  doll.mirror_offset = mirror.offset;
   const std::vector<dynamics::JointLimits> limits = make_joint_limits(layout, mirror, doll.warnings);
   const std::vector<Reason> why = limit_reasons(layout, mirror);
   for (std::size_t b = 0; b < limits.size(); ++b) {

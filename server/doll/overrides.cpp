@@ -218,20 +218,6 @@ void apply_locks(const JointOverride& joint, dynamics::BodyDefinition& body, Rea
   reasons.locked = reason_of(joint.locked);
 }
 
-void apply_to_joint(const JointOverride& joint, dynamics::BodyDefinition& body, Reasons& reasons) {
-  dynamics::JointLaw& law = body.joint;
-  apply(joint.stiffness, law.stiffness, reasons.stiffness);
-  apply(joint.damping, law.damping, reasons.damping);
-  apply(joint.flow_damping, law.flow_damping, reasons.flow_damping);
-  apply(joint.yield_torque, law.yield_torque, reasons.yield_torque);
-  apply(joint.hardening, law.hardening, reasons.hardening);
-  apply(joint.stiffness_axes, dynamics::kRigidStiffness, law.stiffness, law.shape.stiffness, reasons.stiffness);
-  apply(joint.damping_axes, kInfinity, law.damping, law.shape.damping, reasons.damping);
-  apply(joint.yield_torque_axes, kInfinity, law.yield_torque, law.shape.yield, reasons.yield_torque);
-  apply_limits(joint, body, reasons);
-  apply_locks(joint, body, reasons);
-}
-
 void apply_to_body(const JointOverride& joint, Matter& matter, Reasons& reasons) {
   if (joint.shape) {
     matter.shape = joint.shape->value;
@@ -288,6 +274,20 @@ void scale_densities(const std::vector<JointOverride>& of_bone, const std::vecto
 }
 
 }  // namespace
+
+void apply_to_joint(const JointOverride& joint, dynamics::BodyDefinition& body, Reasons& reasons) {
+  dynamics::JointLaw& law = body.joint;
+  apply(joint.stiffness, law.stiffness, reasons.stiffness);
+  apply(joint.damping, law.damping, reasons.damping);
+  apply(joint.flow_damping, law.flow_damping, reasons.flow_damping);
+  apply(joint.yield_torque, law.yield_torque, reasons.yield_torque);
+  apply(joint.hardening, law.hardening, reasons.hardening);
+  apply(joint.stiffness_axes, dynamics::kRigidStiffness, law.stiffness, law.shape.stiffness, reasons.stiffness);
+  apply(joint.damping_axes, kInfinity, law.damping, law.shape.damping, reasons.damping);
+  apply(joint.yield_torque_axes, kInfinity, law.yield_torque, law.shape.yield, reasons.yield_torque);
+  apply_limits(joint, body, reasons);
+  apply_locks(joint, body, reasons);
+}
 
 std::vector<JointOverride> resolve_overrides(const DollSettings& settings, const std::vector<character::Bone>& bones) {
   const BoneNames names(bones);

@@ -33,4 +33,7 @@ void choose_densities(const std::vector<JointOverride>& of_bone, const std::vect
 /// whose bones have none.
 void apply_overrides(const std::vector<JointOverride>& of_bone, Doll& doll);
 
+/// What of the above is about one joint, without any check.
+void apply_to_joint(const JointOverride& joint, dynamics::BodyDefinition& body, Reasons& reasons);
+
 }  // namespace layfigure::doll

@@ -88,16 +88,19 @@ struct Doll {
   RootPin root_pin;
   std::vector<int> body_of_bone;  ///< index into definition.bodies, -1: the bone rides rigidly on its parent bone
   std::vector<int> bone_of_body;
-  std::vector<BoneRole> bone_roles;                ///< one per bone: why it is a body, or none
-  std::vector<int> mirror_of_body;                 ///< its image on the other side; itself in the middle, -1: none
-  std::vector<Carrier> carriers;                   ///< one per bone
-  std::vector<Section> sections;                   ///< one per body; a root's is that of its own middle
-  std::vector<collision::ShapeDefinition> shapes;  ///< what the bodies touch each other with
-  std::vector<std::pair<int, int>> never_touch;    ///< bodies, beside parents and children, that overlap at rest
-  std::vector<Matter> matter;                      ///< one per body
-  std::vector<Reasons> reasons;                    ///< one per body
-  std::vector<Reason> body_reasons;                ///< one per bone: why it is a body, or rides on one
-  DollSettings settings;                           ///< that it was made by
+  std::vector<BoneRole> bone_roles;  ///< one per bone: why it is a body, or none
+  std::vector<int> mirror_of_body;   ///< its image on the other side; itself in the middle, -1: none
+  Eigen::Vector3d mirror_normal{Eigen::Vector3d::UnitX()};  ///< of the plane between them in the bind pose, world,
+                                                            ///< unit; to the left, where names say which side that is
+  double mirror_offset{0.0};                                ///< the plane: normal . x = offset [m]
+  std::vector<Carrier> carriers;                            ///< one per bone
+  std::vector<Section> sections;                            ///< one per body; a root's is that of its own middle
+  std::vector<collision::ShapeDefinition> shapes;           ///< what the bodies touch each other with
+  std::vector<std::pair<int, int>> never_touch;  ///< bodies, beside parents and children, that overlap at rest
+  std::vector<Matter> matter;                    ///< one per body
+  std::vector<Reasons> reasons;                  ///< one per body
+  std::vector<Reason> body_reasons;              ///< one per bone: why it is a body, or rides on one
+  DollSettings settings;                         ///< that it was made by
   std::vector<std::string> warnings;
 };
 
