@@ -27,6 +27,8 @@ std::string named(int pointer) { return "pointer " + std::to_string(pointer); }
 
 Hands::Hands(doll::Doll doll, double step)
     : doll_(std::move(doll)),
+      made_(doll_.definition),
+      locked_strain_(doll_.definition.bodies.size(), Eigen::Vector3d::Zero()),
       h_(step),
       touch_(doll_),
       total_mass_(total_mass(doll_)),
@@ -35,6 +37,7 @@ Hands::Hands(doll::Doll doll, double step)
   pin_roots();
   couplings_.reserve(root_pins_.size() + kUsualPointers);
   ties_.reserve(kUsualPointers);
+  initial_ = memory();
 }
 
 void Hands::pin_roots() {
@@ -226,14 +229,20 @@ void Hands::require_joint(int bone) const {
 }
 
 void Hands::reset() {
-  for (auto& [id, pointer] : pointers_) {
-    if (pointer.tool() != Tool::kNone) pointer.detach();
-  }
+  put_tools_away();
+  forget_drives();
   pins_.clear();
-  place_fingertips(std::nullopt);
+  std::ranges::fill(locked_strain_, Eigen::Vector3d::Zero());
   touch_.reset();
   softness_.forget_state();
   let_bonds_through();
+}
+
+void Hands::put_tools_away() {
+  for (auto& [id, pointer] : pointers_) {
+    if (pointer.tool() != Tool::kNone) pointer.detach();
+  }
+  place_fingertips(std::nullopt);
 }
 
 // ---------------------------------------------------------------- the step
@@ -242,7 +251,8 @@ dynamics::StepReport Hands::step() {
   collect_inputs();
   const dynamics::StepReport report =
       touch_.scene()
-          .step(touch_.state(), {.loads = touch_.weights(), .couplings = couplings_, .ties = ties_},
+          .step(touch_.state(),
+                {.loads = touch_.weights(), .couplings = couplings_, .ties = ties_, .drives = drives_.aim(h_)},
                 {.step = h_, .order = 1, .sleep_angle = dynamics::kSleepAngle})
           .step;
   if (report.status == dynamics::StepStatus::kOk && !report.resting) finish_step();
@@ -272,6 +282,8 @@ void Hands::finish_step() {
   for (auto& [id, pointer] : pointers_) {
     if (pointer.grip()) pointer.finish_step(touch_.scene().coupling_force(index++));
   }
+  for (int k = 0; k < drives_.count(); ++k) drives_.observe(k, touch_.scene().drive_torque(k));
+  if (drives_.active() && drives_.finish_step(state(), h_)) cancel_pose();
   if (touch_.weights() == nullptr) return;
   observe_contacts();
   form_bonds();

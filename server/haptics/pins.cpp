@@ -56,6 +56,22 @@ int Pins::add(const doll::Doll& doll, double mass, const dynamics::State& state,
   return next_id_++;
 }
 
+void Pins::restore(std::span<const Pin> pins) {
+  pins_.assign(pins.begin(), pins.end());
+  for (const Pin& pin : pins) next_id_ = std::max(next_id_, pin.id + 1);
+}
+
+void Pins::settle(const dynamics::Model& model, const dynamics::State& state) {
+  std::vector<dynamics::BodyPose> poses;
+  dynamics::world_poses(model, state, poses);
+  for (Pin& pin : pins_) {
+    const dynamics::BodyPose& body = poses[pin.rigid ? pin.tie.body_a : pin.coupling.body];
+    pin.position = body.origin + body.rotation * (pin.rigid ? pin.tie.point_a : pin.coupling.point);
+    pin.tie.point_b = pin.coupling.target_position = pin.position;
+    pin.tie.rotation = pin.coupling.target_rotation = body.rotation;
+  }
+}
+
 bool Pins::remove(int id) {
   return std::erase_if(pins_, [id](const Pin& pin) { return pin.id == id; }) > 0;
 }

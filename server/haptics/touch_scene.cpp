@@ -80,6 +80,18 @@ void TouchScene::set_fingertips(const doll::Doll& doll, std::span<const Fingerti
   scene_ = std::move(scene);
   state_ = std::move(state);
   fingertips_.assign(fingertips.begin(), fingertips.end());
+  weights_.lift = -fingertip_mass(mass_of(doll)) * doll.definition.gravity;
+}
+
+void TouchScene::joints_changed() {
+  for (dynamics::BodyState& body : state_.bodies) body.limit_slack = 0.0;
+  dynamics::wake(scene_.model(), state_);
+}
+
+void TouchScene::put_back(dynamics::State state) {
+  state.time = state_.time;
+  state_ = std::move(state);
+  scene_.forget();
 }
 
 void TouchScene::reset() {

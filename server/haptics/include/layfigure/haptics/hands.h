@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,8 +12,10 @@
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
+#include "layfigure/haptics/doll_memory.h"
 #include "layfigure/haptics/pins.h"
 #include "layfigure/haptics/pointer.h"
+#include "layfigure/haptics/pose_drives.h"
 #include "layfigure/haptics/softness.h"
 #include "layfigure/haptics/touch_scene.h"
 #include "layfigure/skinning/posed_skin.h"
@@ -125,8 +128,39 @@ class Hands {
   void require_fingertip(int pointer) const;
   void require_joint(int bone) const;
 
-  /// The initial pose at rest; all tools put away, all pins gone. Softness and the pointers' maps stay.
+  /// The initial pose at rest; all tools put away, all pins gone. What was set stays: softness, joints, gravity, and
+  /// the pointers' maps.
   void reset();
+
+  /// The joint behind a body as the doll was made, whatever was set since.
+  [[nodiscard]] const dynamics::BodyDefinition& made(int body) const { return made_.bodies[body]; }
+
+  /// The joints behind these bodies have these laws and limits from now on, and the doll this gravity [m/s^2]. Throws
+  /// what Model would throw. Makes the scene anew: O(n) and the hulls' topology, allocates.
+  void change(const std::vector<std::pair<int, dynamics::BodyDefinition>>& joints,
+              const std::optional<Eigen::Vector3d>& gravity);
+  /// These axes (twist, bend y, bend z) of the joints behind these bodies turn no more, or again. A joint stays where
+  /// it is when it is locked: its strain about the locked axes is put aside, and given back when they are unlocked. As
+  /// change() beside it.
+  void lock(const std::vector<int>& bodies, const std::array<bool, 3>& axes, bool locked);
+
+  /// Turns joints, see PoseDrives. Throws if one of the bodies has no joint that can turn.
+  void load_pose(const PoseRequest& request);
+  /// Joints stay where they are.
+  void cancel_pose();
+  [[nodiscard]] const PoseDrives& pose_drives() const { return drives_; }
+
+  /// The doll as it is now. O(n), allocates.
+  [[nodiscard]] DollMemory memory() const;
+  /// The doll as it was made.
+  [[nodiscard]] const DollMemory& initial_memory() const { return initial_; }
+  /// The doll is as it was then, at rest, bit for bit; all tools put away. Throws std::invalid_argument if the memory
+  /// is none of this doll's. As change() beside it.
+  void recall(const DollMemory& memory);
+  /// Pins hold what they hold where it is now.
+  void settle_pins() { pins_.settle(model(), state()); }
+  /// The pointers that have a tool out.
+  [[nodiscard]] std::vector<int> busy_pointers() const;
 
   /// One step. What it reports as not kOk has left the state as it was.
   [[nodiscard]] dynamics::StepReport step();
@@ -138,6 +172,10 @@ class Hands {
 
  private:
   void pin_roots();
+  void adopt(dynamics::ModelDefinition definition);
+  void put_tools_away();
+  void forget_drives();
+  void hand_over_to_springs();
   void collect_inputs();
   void finish_step();
   void observe_contacts();
@@ -149,16 +187,20 @@ class Hands {
   [[nodiscard]] dynamics::Coupling make_coupling(const GrabRequest& request) const;
   void pose_skin();
 
-  doll::Doll doll_;
+  doll::Doll doll_;                             ///< its definition has the present laws, limits and gravity
+  dynamics::ModelDefinition made_;              ///< as the doll came
+  std::vector<Eigen::Vector3d> locked_strain_;  ///< one per body, see lock(); section axes [rad]
   double h_;
   TouchScene touch_;
   double total_mass_;  ///< of the doll [kg]
   std::vector<dynamics::Coupling> root_pins_;
   Pins pins_;
   Softness softness_;
+  PoseDrives drives_;
   std::map<int, Pointer> pointers_;
   skinning::PosedSkin skin_;
   doll::SkeletonPose skeleton_;
+  DollMemory initial_;
 
   // of the step at hand
   std::vector<dynamics::Coupling> couplings_;  ///< the roots' and other pins, then the grips in the order of pointers

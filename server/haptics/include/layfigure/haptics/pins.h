@@ -49,6 +49,10 @@ class Pins {
   /// False if there is none of that id.
   bool remove(int id);
   void clear() { pins_.clear(); }
+  /// These are the pins from now on; ids that were used are still not used again.
+  void restore(std::span<const Pin> pins);
+  /// Each holds its point where that is now.
+  void settle(const dynamics::Model& model, const dynamics::State& state);
 
   [[nodiscard]] std::span<const Pin> all() const { return pins_; }
 

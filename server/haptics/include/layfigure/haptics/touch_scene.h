@@ -42,6 +42,12 @@ class TouchScene {
   /// then. Allocates; O(v^3) for hulls of v vertices, as a Scene.
   void set_fingertips(const doll::Doll& doll, std::span<const FingertipInScene> fingertips);
 
+  /// After set_fingertips() with a doll whose joints have other laws, limits or gravity: all wakes that can move.
+  void joints_changed();
+
+  /// `state`, of the doll alone, at rest, with the time as it is. No fingertips may be out.
+  void put_back(dynamics::State state);
+
   /// The initial pose at rest, with the time as it is; of the fingertips too.
   void reset();
 
