@@ -1,4 +1,4 @@
-// The only file that sees LCM itself (the generated types need but its coretypes.h).
+// The only file beside event_log.cpp that sees LCM itself (the generated types need but its coretypes.h).
 #include "layfigure/messaging/bus.h"
 
 #include <fcntl.h>

@@ -142,6 +142,38 @@ pose_t sample_pose() {
   return message;
 }
 
+log_snapshot_t sample_log_snapshot() {
+  auto message = begin_message<log_snapshot_t>();
+  message.name = "standing";
+  message.bytes = {1, 128, 255};
+  message.byte_count = 3;
+  return message;
+}
+
+log_start_t sample_log_start() {
+  auto message = begin_message<log_start_t>();
+  message.server_id = kServer;
+  message.program = "layfigure-server 0.1.0";
+  message.character = "/characters/doll.glb";
+  message.content_hash = 11;
+  message.doll_hash = "0123456789abcdef";
+  message.physics_hz = 1000.0;
+  message.pose_hz = 60.0;
+  message.clock = "realtime";
+  message.devices = {"spidar-g6", "lcm"};
+  message.device_count = 2;
+  message.settings = {2, 129, 254};
+  message.settings_bytes = 3;
+  return message;
+}
+
+log_step_t sample_log_step() {
+  auto message = begin_message<log_step_t>();
+  message.step = 701;
+  message.failed = true;
+  return message;
+}
+
 reply_t sample_reply() {
   auto message = begin_message<reply_t>();
   message.server_id = kServer;

@@ -4,6 +4,9 @@
 #include <layfigure/character_t.hpp>
 #include <layfigure/command_t.hpp>
 #include <layfigure/force_t.hpp>
+#include <layfigure/log_snapshot_t.hpp>
+#include <layfigure/log_start_t.hpp>
+#include <layfigure/log_step_t.hpp>
 #include <layfigure/mesh_chunk_t.hpp>
 #include <layfigure/meshes_t.hpp>
 #include <layfigure/pointer_t.hpp>
@@ -19,6 +22,9 @@ namespace layfigure::testing {
 [[nodiscard]] character_t sample_character();
 [[nodiscard]] command_t sample_command();
 [[nodiscard]] force_t sample_force();
+[[nodiscard]] log_snapshot_t sample_log_snapshot();
+[[nodiscard]] log_start_t sample_log_start();
+[[nodiscard]] log_step_t sample_log_step();
 [[nodiscard]] mesh_chunk_t sample_mesh_chunk();
 [[nodiscard]] meshes_t sample_meshes();
 [[nodiscard]] pointer_t sample_pointer();

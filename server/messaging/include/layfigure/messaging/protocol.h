@@ -29,7 +29,11 @@ enum class Channel {
   kReply,
   kStatus,
   kSpidarState,
-  kSpidarCommand
+  kSpidarCommand,
+  // in logs only
+  kLogStart,
+  kLogStep,
+  kLogSnapshot
 };
 
 /// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ..,
