@@ -16,9 +16,10 @@ DEFAULT_BINARY = REPOSITORY / "build/release/server/app/layfigure-server"
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What the server caches stays out of the user's own cache, and begins empty."""
+    """What the server caches and keeps stays out of the user's own folders, and begins empty."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
         yield
 
 

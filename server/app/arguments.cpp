@@ -20,7 +20,7 @@ std::string quoted(std::string_view name) { return "argument '" + std::string(na
 
 }  // namespace
 
-Arguments::Arguments(const command_t& command, std::initializer_list<std::string_view> names) : command_(command) {
+Arguments::Arguments(const command_t& command, std::span<const std::string_view> names) : command_(command) {
   for (const argument_t& argument : command.arguments) {
     if (std::ranges::find(names, argument.name) == names.end()) {
       throw Refusal(command.name + " has no " + quoted(argument.name));
@@ -89,6 +89,11 @@ std::span<const double> Arguments::numbers(std::string_view name, int count, dou
                   to_text(max));
   }
   return argument->values;
+}
+
+std::span<const double> Arguments::any_numbers(std::string_view name, double max) const {
+  const argument_t* argument = find_numbers(name);
+  return argument == nullptr ? std::span<const double>{} : numbers(name, argument->value_count, max);
 }
 
 std::span<const double> Arguments::integers(std::string_view name) const {

@@ -14,16 +14,28 @@
 namespace layfigure::app {
 
 CommandProcessor::CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink,
-                                   std::int64_t server_id)
-    : simulation_(simulation), poses_(poses), sink_(sink), server_id_(server_id), mesh_(simulation.doll().rig) {}
+                                   session::Snapshots& snapshots, std::int64_t server_id)
+    : simulation_(simulation),
+      poses_(poses),
+      sink_(sink),
+      snapshots_(snapshots),
+      server_id_(server_id),
+      mesh_(simulation.doll().rig) {}
 
 const CommandProcessor::Entry* CommandProcessor::find(std::string_view name) {
-  static constexpr std::array<Entry, 12> kCommands{{{"grab", &CommandProcessor::grab},
+  static constexpr std::array<Entry, 19> kCommands{{{"grab", &CommandProcessor::grab},
                                                     {"touch", &CommandProcessor::touch},
                                                     {"release", &CommandProcessor::release},
                                                     {"pin", &CommandProcessor::pin},
                                                     {"unpin", &CommandProcessor::unpin},
                                                     {"set", &CommandProcessor::set},
+                                                    {"lock", &CommandProcessor::lock},
+                                                    {"unlock", &CommandProcessor::unlock},
+                                                    {"load_pose", &CommandProcessor::load_pose},
+                                                    {"undo", &CommandProcessor::undo},
+                                                    {"redo", &CommandProcessor::redo},
+                                                    {"snapshot", &CommandProcessor::snapshot},
+                                                    {"mirror", &CommandProcessor::mirror},
                                                     {"key", &CommandProcessor::key},
                                                     {"reset", &CommandProcessor::reset},
                                                     {"step", &CommandProcessor::step},
@@ -78,8 +90,10 @@ void CommandProcessor::key(const command_t& command, reply_t& reply) {
 }
 
 void CommandProcessor::reset(const command_t& command, reply_t&) {
-  const Arguments arguments(command, {});
-  simulation_.reset();
+  const Arguments arguments(command, {"all"});
+  const bool all = arguments.flag("all").value_or(false);
+  simulation_.reset(all);
+  if (all) publish_character();
 }
 
 void CommandProcessor::step(const command_t& command, reply_t& reply) {

@@ -5,7 +5,9 @@
 
 #include "layfigure/app/arguments.h"
 #include "layfigure/app/commands.h"
+#include "layfigure/app/joint_arguments.h"
 #include "layfigure/app/results.h"
+#include "layfigure/doll/joint_change.h"
 #include "layfigure/messaging/protocol.h"
 
 namespace layfigure::app {
@@ -14,6 +16,7 @@ namespace {
 constexpr double kMaxGain = 1e9;         // [N/m], [N s/m]
 constexpr double kMaxOffset = 1e3;       // [m] of a held point from its bone
 constexpr double kMaxDistance = 1e6;     // [m] in the world, as of a pointer
+constexpr double kMaxGravity = 1e4;      // [m/s^2]
 constexpr double kUnitTolerance = 1e-3;  // a quaternion further from unit length is no rounding error
 constexpr std::int64_t kMaxPinId = std::numeric_limits<int>::max();
 
@@ -48,6 +51,20 @@ std::optional<PointerPose> pose_argument(const Arguments& arguments, std::string
 }
 
 std::vector<double> to_vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// "set stiffness, damping of *Arm"
+std::string set_label(const command_t& command) {
+  std::string names;
+  std::string bone;
+  for (const argument_t& argument : command.arguments) {
+    if (argument.name == "bone") {
+      bone = " of " + argument.text;
+    } else {
+      names += (names.empty() ? " " : ", ") + argument.name;
+    }
+  }
+  return "set" + names + bone;
+}
 
 /// Arguments that only go with some other one.
 void refuse_if_given(const Arguments& arguments, std::initializer_list<std::string_view> names,
@@ -151,9 +168,11 @@ void CommandProcessor::unpin(const command_t& command, reply_t&) {
   }
 }
 
-void CommandProcessor::set(const command_t& command, reply_t&) {
-  const Arguments arguments(command,
-                            {"pointer", "scale", "power_scale", "clutch", "base", "magnet", "softness", "bone"});
+void CommandProcessor::set(const command_t& command, reply_t& reply) {
+  std::vector<std::string_view> names{"pointer", "scale",    "power_scale", "clutch", "base",
+                                      "magnet",  "softness", "bone",        "gravity"};
+  names.insert(names.end(), joint_argument_names().begin(), joint_argument_names().end());
+  const Arguments arguments(command, names);
   HandSettings settings;
   settings.scale = arguments.number("scale", haptics::kMinScale, haptics::kMaxScale);
   settings.power_scale = arguments.number("power_scale", haptics::kMinPowerScale, haptics::kMaxPowerScale);
@@ -161,16 +180,23 @@ void CommandProcessor::set(const command_t& command, reply_t&) {
   settings.base = pose_argument(arguments, "base");
   settings.magnet = arguments.flag("magnet");
   settings.softness = arguments.number("softness", 0.0, haptics::kMaxSoftness);
+  settings.gravity = arguments.vector("gravity", kMaxGravity);
+  settings.joint = joint_arguments(arguments);
   const bool of_pointer = settings.scale || settings.power_scale || settings.clutch || settings.base || settings.magnet;
-  if (!of_pointer && !settings.softness)
-    throw Refusal("set needs something to set: scale, power_scale, clutch, base, magnet or softness");
-  if (!of_pointer) refuse_if_given(arguments, {"pointer"}, "does not go with softness, which is the doll's");
+  if (!of_pointer && !settings.of_doll()) {
+    throw Refusal(
+        "set needs something to set: scale, power_scale, clutch, base, magnet, softness, gravity, or of joints "
+        "stiffness, damping, flow_damping, yield_torque, hardening or limits");
+  }
+  if (!of_pointer) refuse_if_given(arguments, {"pointer"}, "does not go with what is the doll's");
   settings.pointer = pointer_argument(arguments);
   if (const std::optional<std::string> bone = arguments.text("bone")) {
-    if (!settings.softness) throw Refusal("argument 'bone' needs the argument 'softness'");
-    settings.bone = find_bone(*bone);
+    if (!settings.softness && !settings.joint) throw Refusal("argument 'bone' needs something to set of its joint");
+    settings.bones = doll::bones_named(simulation_.doll().rig, *bone);
   }
-  simulation_.set(settings);
+  simulation_.set(settings, set_label(command));
+  if (settings.joint || settings.gravity) publish_character();
+  if (settings.joint) add_result(reply, "joints", joints_named(settings.bones));
 }
 
 }  // namespace layfigure::app

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <stdexcept>
+#include <utility>
 
 #include "layfigure/app/load_progress.h"
 #include "layfigure/character/import.h"
@@ -24,17 +25,18 @@ doll::DollSettings find_settings(const Options& options) {
 
 }  // namespace
 
-doll::Doll load_doll(const Options& options) {
-  const doll::DollSettings settings = find_settings(options);
+doll::Doll load_doll(const Options& options) { return load_doll(options.character, find_settings(options)); }
+
+doll::Doll load_doll(const std::filesystem::path& character, const doll::DollSettings& settings) {
   const cache::DiskCache cache = cache::DiskCache::of_user();
   LoadProgress progress(STDERR_FILENO);
-  progress.stage("reading " + options.character.filename().string());
-  character::Rig rig = character::import_rig(options.character, cache);
+  progress.stage("reading " + character.filename().string());
+  layfigure::character::Rig rig = layfigure::character::import_rig(character, cache);
   progress.stage("making the doll");
   try {
     return doll::build_doll(std::move(rig), settings, cache);
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("character " + options.character.string() + ": " + error.what());
+    throw std::invalid_argument("character " + character.string() + ": " + error.what());
   }
 }
 

@@ -11,6 +11,7 @@
 #include "layfigure/app/inspect_doll.h"
 #include "layfigure/app/load_doll.h"
 #include "layfigure/app/options.h"
+#include "layfigure/app/replay.h"
 #include "layfigure/app/server.h"
 
 namespace {
@@ -37,6 +38,20 @@ std::jthread signal_watch(const sigset_t& signals, app::Server& server) {
   });
 }
 
+/// Returns the exit code.
+int replay(const app::Options& options) {
+  app::Replay replay(*options.replay);
+  const std::filesystem::path character =
+      options.character.empty() ? std::filesystem::path(replay.start().character) : options.character;
+  const app::ReplayReport report = replay.run(app::load_doll(character, replay.doll_settings()));
+  if (report.difference.empty()) {
+    std::cout << "replayed " << report.steps << " steps: all " << report.poses << " poses are the same, bit for bit\n";
+    return app::kExitDone;
+  }
+  spdlog::error("the replay differs from the log after {} poses: {}", report.poses, report.difference);
+  return app::kExitFailed;
+}
+
 void run(const app::Options& options) {
   doll::Doll doll = app::load_doll(options);
   if (options.inspect) {
@@ -60,6 +75,7 @@ int main(int argc, char** argv) {
   const app::ParsedOptions parsed = app::parse_options(argc, argv);
   if (!parsed.options) return parsed.exit_code;
   try {
+    if (parsed.options->replay) return replay(*parsed.options);
     run(*parsed.options);
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());

@@ -107,6 +107,13 @@ std::string clock_name(ClockKind clock) { return clock == ClockKind::kRealtime ?
 
 std::int64_t content_hash(const doll::Doll& doll) { return std::bit_cast<std::int64_t>(doll.rig.content_hash); }
 
+void point(const pointer_t& message, Simulation& simulation) {
+  const auto& [x, y, z] = message.position;
+  const auto& [qw, qx, qy, qz] = message.rotation;
+  const PointerPose pose{{x, y, z}, Eigen::Quaterniond(qw, qx, qy, qz).normalized()};
+  simulation.point(message.pointer, pose, message.client_id, message.sequence);
+}
+
 character_t make_character(const Simulation& simulation, std::int64_t server_id, std::int32_t mesh_bytes) {
   const doll::Doll& doll = simulation.doll();
   auto message = begin_message<character_t>(simulation, server_id);

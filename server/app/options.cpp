@@ -24,6 +24,8 @@ Examples:
   layfigure-server doll.glb                                the doll in realtime on the default LCM bus
   layfigure-server doll.glb --broker 7700                  for clients with --lcm-url tcpq://127.0.0.1:7700
   layfigure-server doll.glb --broker 0 --clock lockstep    for scripts: time advances by step commands only
+  layfigure-server doll.glb --log work.lcmlog              all that happens goes to a log ...
+  layfigure-server --replay work.lcmlog                    ... and is played again, bit for bit
   layfigure-server doll.glb --device spidar-g6 --device spidar-g6    felt and moved by two hands, simulated
   layfigure-server --inspect doll.glb --json               what doll would be built, then exit
   layfigure-server --inspect doll.glb --write-settings     the same to doll.doll.toml, to be edited: it is then used
@@ -76,6 +78,14 @@ CLI::Validator settings_file() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
         return text.ends_with(".toml") ? "" : "'" + text + "' is no settings file: its name ends in .toml";
+      },
+      "");
+}
+
+CLI::Validator log_file() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text.ends_with(".lcmlog") ? "" : "'" + text + "' is no event log: its name ends in .lcmlog";
       },
       "");
 }
@@ -161,11 +171,25 @@ void add_inspect_options(CLI::App& app, Options& options, std::filesystem::path&
 }
 
 void add_character_options(CLI::App& app, Options& options) {
-  app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")
-      ->required()
-      ->type_name("FILE");
+  app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")->type_name("FILE");
   app.add_option("--doll", options.doll_settings, "how to make a doll of it [CHARACTER.doll.toml, if there is one]")
       ->type_name("SETTINGS.toml");
+}
+
+void add_log_options(CLI::App& app, Options& options) {
+  CLI::Option* log =
+      app.add_option("--log", options.server.log, "write all that is taken in and published to FILE, an LCM event log")
+          ->check(log_file())
+          ->type_name("FILE.lcmlog");
+  app.add_option("--replay", options.replay,
+                 "play such a log again, as fast as can be, and compare every pose; CHARACTER may be left out")
+      ->type_name("FILE.lcmlog")
+      ->excludes(log);
+}
+
+void check_character(const Options& options) {
+  if (options.character.empty() && !options.replay) throw CLI::RequiredError("CHARACTER");
+  if (options.replay && options.inspect) throw CLI::ValidationError("--replay: does not go with --inspect");
 }
 
 void check_rates(const SimulationSettings& simulation) {
@@ -196,10 +220,12 @@ std::int64_t random_server_id() {
 
 }  // namespace
 
+std::string program_version() { return "layfigure-server " LAYFIGURE_VERSION; }
+
 ParsedOptions parse_options(int argc, const char* const* argv) {
   CLI::App app("Simulates a rigged character as an elasto-plastic doll and serves it over LCM.", "layfigure-server");
   app.footer(kExamples);
-  app.set_version_flag("--version", "layfigure-server " LAYFIGURE_VERSION);
+  app.set_version_flag("--version", program_version());
   Options options;
   std::string clock = "realtime";
   std::filesystem::path settings_target;
@@ -208,8 +234,10 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   add_simulation_options(app, options, clock);
   add_device_options(app, options.server);
   add_bus_options(app, options);
+  add_log_options(app, options);
   try {
     app.parse(argc, argv);
+    check_character(options);
     std::erase(options.server.devices, "none");
     check_rates(options.server.simulation);
     check_devices(options.server);
@@ -224,6 +252,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   }
   options.server.simulation.clock = clock == "lockstep" ? ClockKind::kLockstep : ClockKind::kRealtime;
   if (options.server.lcm_url.empty()) options.server.lcm_url = messaging::default_bus_url();
+  options.server.character = options.character;
   options.server.server_id = random_server_id();
   return {std::move(options), kExitDone};
 }

@@ -11,6 +11,7 @@
 #include "layfigure/app/messages.h"
 #include "layfigure/app/pacer.h"
 #include "layfigure/app/pose_publisher.h"
+#include "layfigure/app/session_log.h"
 #include "layfigure/device/open.h"
 #include "layfigure/haptics/realtime_thread.h"
 #include "layfigure/messaging/broker.h"
@@ -28,17 +29,29 @@ constexpr std::chrono::seconds kCharacterInterval{1};
 
 class BusSink : public MessageSink {
  public:
-  explicit BusSink(messaging::Bus& bus) : bus_(bus) {}
-  void publish(const pose_t& message) override { bus_.publish(Channel::kPose, message); }
-  void publish(const force_t& message) override { bus_.publish(Channel::kForce, message); }
-  void publish(const character_t& message) override { bus_.publish(Channel::kCharacter, message); }
-  void publish(const mesh_chunk_t& message) override { bus_.publish(Channel::kMesh, message); }
-  void publish(const reply_t& message) override { bus_.publish(Channel::kReply, message); }
-  void publish(const status_t& message) override { bus_.publish(Channel::kStatus, message); }
+  /// `log` may be null.
+  BusSink(messaging::Bus& bus, SessionLog* log) : bus_(bus), log_(log) {}
+  void publish(const pose_t& message) override { put(Channel::kPose, message); }
+  void publish(const force_t& message) override { put(Channel::kForce, message); }
+  void publish(const character_t& message) override { put(Channel::kCharacter, message); }
+  void publish(const mesh_chunk_t& message) override { put(Channel::kMesh, message); }
+  void publish(const reply_t& message) override { put(Channel::kReply, message); }
+  void publish(const status_t& message) override { put(Channel::kStatus, message); }
 
  private:
+  template <class Message>
+  void put(Channel channel, const Message& message) {
+    bus_.publish(channel, message);
+    if (log_ != nullptr) log_->published(channel, message);
+  }
+
   messaging::Bus& bus_;
+  SessionLog* log_;
 };
+
+std::unique_ptr<SessionLog> make_log(const ServerSettings& settings) {
+  return settings.log ? std::make_unique<SessionLog>(*settings.log, settings.channel_prefix) : nullptr;
+}
 
 std::unique_ptr<messaging::Broker> make_broker(const ServerSettings& settings) {
   return settings.broker_port ? std::make_unique<messaging::Broker>(*settings.broker_port) : nullptr;
@@ -71,13 +84,14 @@ struct Server::Impl {
   Impl(doll::Doll doll, ServerSettings server_settings);
 
   void run();
+  void check_snapshots();
   [[nodiscard]] bool is_done(Clock::time_point now) const;
   [[nodiscard]] bool is_stepping() const;
   [[nodiscard]] bool is_resting() const;  ///< the doll does, while time goes on
   [[nodiscard]] Clock::time_point next_wake_up() const;
   void handle_events();
   void handle(const pointer_t& pointer);
-  void handle(const command_t& command) { commands.handle(command); }
+  void handle(const command_t& command);
   void request_realtime() const;
   void run_due_steps();
   void publish_heartbeats(Clock::time_point now);
@@ -89,10 +103,13 @@ struct Server::Impl {
   messaging::Inbox inbox;
   std::unique_ptr<messaging::Broker> broker;  // outlives the bus, so that it can deliver the bus's last messages
   const std::string url;
+  std::unique_ptr<SessionLog> log;  // null: none is wanted
   messaging::Bus bus;
   BusSink sink;
   Simulation simulation;
   PosePublisher poses;
+  session::SnapshotFile snapshot_file;
+  LoggedSnapshots snapshots;
   CommandProcessor commands;
   Pacer pacer;
   double reported_dropped_time{0.0};
@@ -105,20 +122,34 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
     : settings(std::move(server_settings)),
       broker(make_broker(settings)),
       url(broker ? broker->url() : settings.lcm_url),
+      log(make_log(settings)),
       bus({url, settings.channel_prefix}, make_handlers(inbox)),
-      sink(bus),
+      sink(bus, log.get()),
       simulation(std::move(doll), settings.simulation, open_devices(settings, url)),
       poses(simulation, sink, settings.server_id),
-      commands(simulation, poses, sink, settings.server_id),
+      snapshot_file(simulation.doll(), session::SnapshotFile::of_user(simulation.doll())),
+      snapshots(snapshot_file, log.get(), simulation),
+      commands(simulation, poses, sink, snapshots, settings.server_id),
       pacer(settings.simulation.physics_hz, Clock::now()) {}
 
+/// At once, and not when one is wanted.
+void Server::Impl::check_snapshots() {
+  try {
+    (void)snapshot_file.names();
+  } catch (const session::SnapshotError& error) {
+    spdlog::warn("{}", error.what());
+  }
+}
+
 void Server::Impl::run() {
+  check_snapshots();
   request_realtime();
   const Clock::time_point start = Clock::now();
   if (settings.duration) {
     end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*settings.duration));
   }
   pacer.skip_to(start);
+  if (log) log->begin(make_log_start(simulation, settings));
   publish_heartbeats(start);
   poses.publish_if_due();
   while (!is_done(Clock::now())) {
@@ -166,10 +197,13 @@ void Server::Impl::handle_events() {
 }
 
 void Server::Impl::handle(const pointer_t& pointer) {
-  const auto& [x, y, z] = pointer.position;
-  const auto& [qw, qx, qy, qz] = pointer.rotation;
-  const PointerPose pose{{x, y, z}, Eigen::Quaterniond(qw, qx, qy, qz).normalized()};
-  simulation.point(pointer.pointer, pose, pointer.client_id, pointer.sequence);
+  if (log) log->took(Channel::kPointer, pointer, simulation);
+  point(pointer, simulation);
+}
+
+void Server::Impl::handle(const command_t& command) {
+  if (log) log->took(Channel::kCommand, command, simulation);
+  commands.handle(command);
 }
 
 void Server::Impl::run_due_steps() {
@@ -177,7 +211,10 @@ void Server::Impl::run_due_steps() {
   while (is_stepping() && !simulation.resting() && pacer.deadline() <= now) {
     pacer.begin_step(Clock::now());
     const bool failed_before = !simulation.failure().empty();
-    if (!simulation.advance() && !failed_before) spdlog::error("the simulation failed: {}", simulation.failure());
+    if (!simulation.advance() && !failed_before) {
+      spdlog::error("the simulation failed: {}", simulation.failure());
+      if (log) log->failed(simulation);
+    }
     poses.publish_if_due();
   }
   if (!is_stepping()) pacer.skip_to(now);

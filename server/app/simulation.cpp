@@ -62,59 +62,21 @@ void Simulation::begin_motion(std::int64_t steps) {
 
 Eigen::Vector3d Simulation::grab(const GrabRequest& request) {
   const Eigen::Vector3d held = hands_.grab(request);
+  note_tools();
   resting_ = false;
   return held;
 }
 
 void Simulation::touch(const TouchRequest& request) {
   hands_.touch(request);
+  note_tools();
   resting_ = false;
 }
 
 void Simulation::release(int pointer) {
   hands_.release(pointer);
+  note_tools();
   resting_ = false;
-}
-
-const haptics::Pin& Simulation::pin(const PinRequest& request) {
-  const haptics::Pin& pin = hands_.pin(request);
-  resting_ = false;
-  return pin;
-}
-
-void Simulation::unpin(int id) {
-  hands_.unpin(id);
-  resting_ = false;
-}
-
-void Simulation::unpin_all() {
-  hands_.unpin_all();
-  resting_ = false;
-}
-
-void Simulation::set(const HandSettings& settings) {
-  if (settings.base) hands_.require_no_tool(settings.pointer);
-  if (settings.magnet) hands_.require_fingertip(settings.pointer);
-  if (settings.bone) hands_.require_joint(*settings.bone);
-  if (settings.base) hands_.set_base(settings.pointer, *settings.base);
-  if (settings.scale) hands_.set_scale(settings.pointer, *settings.scale);
-  if (settings.power_scale) hands_.set_power_scale(settings.pointer, *settings.power_scale);
-  if (settings.clutch) hands_.set_clutch(settings.pointer, *settings.clutch);
-  if (settings.magnet) hands_.set_magnet(settings.pointer, *settings.magnet);
-  if (settings.softness && settings.bone) {
-    hands_.set_softness(*settings.softness, *settings.bone);
-  } else if (settings.softness) {
-    hands_.set_softness(*settings.softness);
-  }
-  resting_ = false;
-}
-
-void Simulation::reset() {
-  hands_.reset();
-  hands_.set_time(time());
-  yielding_joints_ = 0;
-  resting_ = false;
-  failure_.clear();
 }
 
 bool Simulation::advance() {
@@ -123,6 +85,7 @@ bool Simulation::advance() {
     return false;
   }
   devices_.follow_buttons(hands_);
+  note_tools();
   const double cpu_begin = clock_us(CLOCK_THREAD_CPUTIME_ID);
   const double wall_begin = clock_us(CLOCK_MONOTONIC);
   devices_.begin_step(device_time(), hands_);

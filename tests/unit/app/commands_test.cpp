@@ -6,58 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "recording_sink.h"
-#include "sample_messages.h"
-#include "small_doll.h"
+#include "commands_fixture.h"
 
 namespace layfigure::app {
 namespace {
-
-using testing::add_argument;
-using testing::make_command;
-using testing::number_argument;
-using testing::text_argument;
-
-class Commands : public ::testing::Test {
- protected:
-  explicit Commands(ClockKind clock = ClockKind::kLockstep, doll::Doll doll = testing::small_doll())
-      : simulation_(std::move(doll), {1000.0, 60.0, clock}),
-        poses_(simulation_, sink_, 77),
-        processor_(simulation_, poses_, sink_, 77) {
-    poses_.publish_if_due();
-  }
-
-  /// Sends the next command and returns its reply.
-  reply_t send(const std::string& name, const std::vector<argument_t>& arguments = {}) {
-    command_t command = make_command(++sequence_, name);
-    for (const argument_t& argument : arguments) add_argument(command, argument);
-    return handle(command);
-  }
-
-  reply_t handle(const command_t& command) {
-    processor_.handle(command);
-    const reply_t& reply = sink_.replies.back();
-    EXPECT_EQ(reply.client_id, command.client_id);
-    EXPECT_EQ(reply.sequence, command.sequence);
-    EXPECT_EQ(reply.accepted != 0, reply.reason.empty());
-    return reply;
-  }
-
-  void point(std::int64_t sequence, const Eigen::Vector3d& position, const std::string& client = "test") {
-    simulation_.point(0, {position, Eigen::Quaterniond::Identity()}, client, sequence);
-  }
-
-  RecordingSink sink_;
-  Simulation simulation_;
-  PosePublisher poses_;
-  CommandProcessor processor_;
-  std::int64_t sequence_{0};
-};
-
-class RealtimeCommands : public Commands {
- protected:
-  RealtimeCommands() : Commands(ClockKind::kRealtime) {}
-};
 
 constexpr int kManySteps = 10000;
 
@@ -80,13 +32,6 @@ double doomed_distance() {
   double distance = 1e100;
   while (first_step_is_finite(2.0 * distance)) distance *= 2.0;
   return distance;
-}
-
-std::vector<double> result(const reply_t& reply, const std::string& name) {
-  for (const argument_t& value : reply.results) {
-    if (value.name == name) return value.values;
-  }
-  return {};
 }
 
 TEST_F(Commands, Unknown_RefusedByName) { EXPECT_EQ(send("dance").reason, "unknown command 'dance'"); }

@@ -24,7 +24,9 @@ class Refusal : public std::invalid_argument {
 class Arguments {
  public:
   /// Refuses arguments whose names are not among `names`, and any that comes twice. `command` must outlive this.
-  Arguments(const command_t& command, std::initializer_list<std::string_view> names);
+  Arguments(const command_t& command, std::initializer_list<std::string_view> names)
+      : Arguments(command, std::span(names.begin(), names.size())) {}
+  Arguments(const command_t& command, std::span<const std::string_view> names);
 
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
   [[nodiscard]] std::optional<std::string> text(std::string_view name) const;
@@ -38,6 +40,8 @@ class Arguments {
   [[nodiscard]] std::optional<bool> flag(std::string_view name) const;
   /// So many finite numbers, each at most `max` in size. Empty if the argument is not there.
   [[nodiscard]] std::span<const double> numbers(std::string_view name, int count, double max) const;
+  /// Numbers of any count, each at most `max` in size. Empty if the argument is not there.
+  [[nodiscard]] std::span<const double> any_numbers(std::string_view name, double max) const;
   /// Numbers of any count, each a whole number in [0, 2^53]. Empty if the argument is not there.
   [[nodiscard]] std::span<const double> integers(std::string_view name) const;
 

@@ -11,6 +11,7 @@
 #include "layfigure/app/pose_publisher.h"
 #include "layfigure/app/reply_cache.h"
 #include "layfigure/app/simulation.h"
+#include "layfigure/session/snapshots.h"
 
 namespace layfigure::app {
 
@@ -18,7 +19,8 @@ namespace layfigure::app {
 inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 
 /// Carries out commands and answers each with a reply_t. A command that is unknown, has a wrong or unknown argument, or
-/// cannot be done is refused with the reason, and nothing has changed. Arguments in brackets may be left out.
+/// cannot be done is refused with the reason, and nothing has changed. Arguments in brackets may be left out. What is
+/// said to change the doll is a step of its history.
 ///
 ///     grab           bone, [point x y z]; or what is there: [reach 0.03], the skin nearest to the pointer, or a ray:
 ///                    origin x y z, direction x y z, as of a mouse. With all: [pointer 0], [stiffness], [damping],
@@ -36,10 +38,26 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///                    the hand feels beside what the world does; clutch 1 (the hand moves freely,
 ///                    the pointer stays) or 0; base x y z w x y z, the pose of its device in the world; magnet 1 or 0,
 ///                    of a fingertip that is out; see haptics::WorkspaceMap and haptics::Hands::set_magnet.
-///                    Of the doll: softness f, times the yield torques while any pointer has a tool out, [bone, whose
-///                    joint alone it is for; all joints' if left out]
+///                    Of the doll: softness f, times the yield torques while any pointer has a tool out; gravity x y z;
+///                    and what a settings file gives joints (joint_arguments.h). [bone: a name or a pattern with * and
+///                    ?, whose joints these are for; all joints' if left out; not gravity] -> joints that were set
+///     lock           bone (name or pattern), [axes "twist bend_y bend_z", of which any]: these joints turn no more;
+///                    see haptics::Hands::lock -> joints
+///     unlock         [bone], [axes], all if left out -> joints
+///     load_pose      rotations w x y z ..., [joints index ..., all in their order if left out], [duration 0.5 s],
+///                    [max_torque, N m], [hold 0]: turns joints to where pose_t has these rotations, over the duration,
+///                    by drives that let go when all have arrived, or hold on; see haptics::PoseDrives. Again with
+///                    other rotations, and so on, for a stream. The root and what has no joint that can turn stay. Or
+///                    action "cancel"; or action "state" -> driven (number of joints), on_the_way (of them)
+///     undo           the doll as it was before the last step; see Simulation::history -> label of what was undone,
+///                    steps that are left to undo, branches to do again, released: pointers whose tools were put away
+///     redo           [branch k]: what was undone last, or another branch -> the same
+///     snapshot       name, [action "save" | "restore" | "remove"]; or action "list": kept beyond the server's end
+///                    -> of list: a name each; of restore: as undo
+///     mirror         [side "both" | "left" | "right", whose pose goes onto the other side] -> as undo
 ///     key            marks this moment, for a recorder that listens to the replies -> time_us, pose (its sequence)
-///     reset          the initial pose at rest, all pointers released, all pins gone
+///     reset          [all 0]: the initial pose at rest, all pointers released, all pins gone; with all 1 what was set
+///                    of the doll is as it was made too
 ///     step           lockstep only: [count 1], [pointer_sequence id sequence ...] -> steps (done in all)
 ///                    refused if the pointer message of this client with that sequence, or a later one, has not
 ///                    arrived; the pointers glide to their newest poses over the command's steps
@@ -51,7 +69,8 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 /// to try again what was refused, send it under a new sequence. Single-threaded, like the simulation that it commands.
 class CommandProcessor {
  public:
-  CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink, std::int64_t server_id);
+  CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink, session::Snapshots& snapshots,
+                   std::int64_t server_id);
 
   /// Publishes the reply, after what the command itself publishes.
   void handle(const command_t& command);
@@ -75,6 +94,16 @@ class CommandProcessor {
   void unpin(const command_t& command, reply_t& reply);
   void set(const command_t& command, reply_t& reply);
   [[nodiscard]] skinning::SkinPoint what_is_there(const Arguments& arguments, int pointer);
+  void lock(const command_t& command, reply_t& reply);
+  void unlock(const command_t& command, reply_t& reply);
+  void set_locks(const command_t& command, reply_t& reply, bool locked);
+  void load_pose(const command_t& command, reply_t& reply);
+  void undo(const command_t& command, reply_t& reply);
+  void redo(const command_t& command, reply_t& reply);
+  void snapshot(const command_t& command, reply_t& reply);
+  void mirror(const command_t& command, reply_t& reply);
+  void tell(const PutBack& done, reply_t& reply);
+  [[nodiscard]] std::vector<double> joints_named(const std::vector<int>& bones) const;
   void key(const command_t& command, reply_t& reply);
   void reset(const command_t& command, reply_t& reply);
   void step(const command_t& command, reply_t& reply);
@@ -88,6 +117,7 @@ class CommandProcessor {
   Simulation& simulation_;
   PosePublisher& poses_;
   MessageSink& sink_;
+  session::Snapshots& snapshots_;
   std::int64_t server_id_;
   MeshChunks mesh_;
   ReplyCache replies_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+
 #include "layfigure/app/options.h"
 #include "layfigure/doll/doll.h"
 
@@ -10,5 +12,7 @@ namespace layfigure::app {
 /// that is a terminal. Throws what import_rig(), load_settings() and build_doll() throw. Before there are other
 /// threads.
 [[nodiscard]] doll::Doll load_doll(const Options& options);
+/// The same of that character by these settings.
+[[nodiscard]] doll::Doll load_doll(const std::filesystem::path& character, const doll::DollSettings& settings);
 
 }  // namespace layfigure::app

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <layfigure/character_t.hpp>
 #include <layfigure/force_t.hpp>
+#include <layfigure/pointer_t.hpp>
 #include <layfigure/pose_t.hpp>
 #include <layfigure/status_t.hpp>
 #include <string>
@@ -18,6 +19,9 @@ namespace layfigure::app {
 
 /// character_t.content_hash: the rig's hash in LCM's signed type.
 [[nodiscard]] std::int64_t content_hash(const doll::Doll& doll);
+
+/// Gives the simulation what a client says of a pointer.
+void point(const pointer_t& message, Simulation& simulation);
 
 /// The skeleton. `mesh_bytes` is the size of the encoded meshes_t.
 [[nodiscard]] character_t make_character(const Simulation& simulation, std::int64_t server_id, std::int32_t mesh_bytes);

@@ -22,8 +22,12 @@ struct Options {
   bool geometry{false};                                 ///< of json
   std::optional<std::filesystem::path> write_settings;  ///< of inspect: where to
   bool force{false};                                    ///< of write_settings: also over a file that is there
+  std::optional<std::filesystem::path> replay;          ///< the log to play again
   ServerSettings server;
 };
+
+/// "layfigure-server 0.1.0"
+[[nodiscard]] std::string program_version();
 
 /// What is to be done, or with which code to exit at once.
 struct ParsedOptions {

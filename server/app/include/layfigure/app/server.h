@@ -21,6 +21,8 @@ struct ServerSettings {
   std::string channel_prefix;
   std::vector<std::string> devices;                   ///< kinds (device/open.h), at most messaging::kMaxPointers
   std::vector<std::filesystem::path> device_configs;  ///< none, one for all devices, or one for each
+  std::filesystem::path character;                    ///< the file that the doll was made of
+  std::optional<std::filesystem::path> log;           ///< write an event log of the session here
   std::optional<double> duration;                     ///< leave after so much wall-clock time [s], > 0
   std::int64_t server_id{0};                          ///< tells this run of a server from any other; random, not 0
 };
@@ -28,7 +30,7 @@ struct ServerSettings {
 /// A doll on the bus. Owns the broker, the bus and the loop that simulates, answers commands and publishes.
 class Server {
  public:
-  /// Opens the bus and the devices. Throws messaging::BrokerError or messaging::BusError, or what
+  /// Opens the bus, the log and the devices. Throws messaging::BrokerError, BusError or LogError, or what
   /// device::open_driver() throws.
   Server(doll::Doll doll, ServerSettings settings);
   ~Server();

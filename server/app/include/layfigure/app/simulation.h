@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -9,11 +10,14 @@
 #include "layfigure/app/pointer_input.h"
 #include "layfigure/app/step_statistics.h"
 #include "layfigure/doll/doll.h"
+#include "layfigure/doll/joint_override.h"
 #include "layfigure/dynamics/model.h"
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
 #include "layfigure/haptics/device_hands.h"
 #include "layfigure/haptics/hands.h"
+#include "layfigure/session/history.h"
+#include "layfigure/session/mirror.h"
 
 namespace layfigure::app {
 
@@ -38,13 +42,23 @@ struct SimulationSettings {
 /// What one `set` command changes; what is left out stays.
 struct HandSettings {
   int pointer{0};
-  std::optional<double> scale{};        ///< haptics::kMinScale to kMaxScale
-  std::optional<double> power_scale{};  ///< haptics::kMinPowerScale to kMaxPowerScale
-  std::optional<bool> clutch{};         ///< held
-  std::optional<PointerPose> base{};    ///< X_WD of the pointer's device; needs a pointer without a tool
-  std::optional<bool> magnet{};         ///< needs a pointer that touches
-  std::optional<double> softness{};     ///< 0 to haptics::kMaxSoftness
-  std::optional<int> bone{};            ///< whose joint the softness is for; all joints' if left out
+  std::optional<double> scale{};               ///< haptics::kMinScale to kMaxScale
+  std::optional<double> power_scale{};         ///< haptics::kMinPowerScale to kMaxPowerScale
+  std::optional<bool> clutch{};                ///< held
+  std::optional<PointerPose> base{};           ///< X_WD of the pointer's device; needs a pointer without a tool
+  std::optional<bool> magnet{};                ///< needs a pointer that touches
+  std::optional<double> softness{};            ///< 0 to haptics::kMaxSoftness
+  std::vector<int> bones{};                    ///< whose joints softness and joint are for; all joints if empty
+  std::optional<doll::JointOverride> joint{};  ///< see doll::changed_joint()
+  std::optional<Eigen::Vector3d> gravity{};    ///< [m/s^2]
+
+  [[nodiscard]] bool of_doll() const { return softness || joint || gravity; }
+};
+
+/// A change of the doll as a whole.
+struct PutBack {
+  std::string label;          ///< of what was undone or done
+  std::vector<int> released;  ///< pointers whose tools were put away for it
 };
 
 /// The doll in its hands (haptics::Hands), the devices that are some of them, and simulation time. Single-threaded;
@@ -101,10 +115,32 @@ class Simulation {
   void unpin_all();
 
   /// All of it or, throwing std::invalid_argument with one line, nothing.
-  void set(const HandSettings& settings);
+  void set(const HandSettings& settings, const std::string& label);
+  /// See haptics::Hands::lock(). Throws if none of the bones has a joint.
+  void lock(const std::vector<int>& bones, const std::array<bool, 3>& axes, bool locked, const std::string& label);
 
-  /// The initial pose at rest; all pointers released, all pins gone. Time goes on: time stamps never go back.
-  void reset();
+  /// The bodies of those of the bones that have a joint; of all bones if none is given. Throws if none has one.
+  [[nodiscard]] std::vector<int> joints_of(const std::vector<int>& bones) const;
+
+  /// See haptics::Hands::load_pose(). What comes while joints are driven is a part of that step of the history.
+  void load_pose(const haptics::PoseRequest& request);
+  void cancel_pose();
+
+  /// The initial pose at rest; all pointers released, all pins gone. Time goes on: time stamps never go back. With
+  /// `all` what was set of the doll is as it was made too.
+  void reset(bool all = false);
+
+  /// Steps of the history: the work of one tool, from when it comes out; of two that come out together the work of
+  /// both; and every other change of the doll. Several `set`s of the same in quick succession, as of a slider, are one.
+  [[nodiscard]] const session::History& history() const { return history_; }
+  /// The doll as it was before the newest step, or after the next, at rest; tools are put away for it. Throw
+  /// std::invalid_argument, one line, if there is none.
+  PutBack undo();
+  PutBack redo(std::optional<std::size_t> branch);
+  /// The pose in the mirror, see session::mirrored(); pins hold what they hold where it is then.
+  PutBack mirror(session::MirrorSide side, const std::string& label);
+  /// The doll as it was kept. Throws what haptics::Hands::recall() throws.
+  PutBack put_back(const haptics::DollMemory& memory, const std::string& label);
 
   /// One step. False if it failed, see failure(); the state is then the last good one, and devices push no more.
   bool advance();
@@ -114,12 +150,21 @@ class Simulation {
  private:
   [[nodiscard]] double time() const { return static_cast<double>(steps_) / settings_.physics_hz; }
   [[nodiscard]] double device_time() const;
+  template <class Action>
+  void edit(const std::string& label, Action&& action);
+  [[nodiscard]] bool is_soon_after(std::int64_t step) const;
+  void note_tools();
+  void recall(const haptics::DollMemory& memory);
 
   SimulationSettings settings_;
   haptics::Hands hands_;
   haptics::DeviceHands devices_;
   std::map<int, PointerInput> inputs_;
   StepStatistics statistics_;
+  session::History history_;
+  std::vector<int> busy_;    ///< pointers with a tool, as last noted
+  std::int64_t set_at_{0};   ///< step before which the newest `set` came
+  std::int64_t tool_at_{0};  ///< step before which the newest tool came out that began a step of the history
   std::int64_t steps_{0};
   int yielding_joints_{0};
   bool resting_{false};
