@@ -23,6 +23,8 @@ examples:
   layfigure preview take.usda -o take.png      draw it
   layfigure inspect doll.glb -o doll.png       draw the doll that a character becomes
   layfigure status                             is a server there?
+  layfigure undo                               take back what a hand has done
+  layfigure snapshot standing                  keep the doll as it is
 
 Without --lcm-url the bus is $LCM_DEFAULT_URL, else LCM's multicast on this machine.
 'layfigure COMMAND --help' tells more of each.
