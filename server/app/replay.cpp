@@ -128,24 +128,26 @@ class Player {
   Simulation simulation_;
   PosePublisher poses_;
   CommandProcessor commands_;
+  std::optional<command_t> asked_;  ///< carried out before the next event, which may tell the snapshot that it asks for
   doll::SkeletonPose skeleton_;
   std::int64_t last_pose_{-1};
   ReplayReport report_;
 };
 
 bool Player::play(const messaging::LogEvent& event) {
+  if (is_on(event, Channel::kLogSnapshot)) {
+    if (const auto snapshot = decode<log_snapshot_t>(event.bytes)) snapshots_.tell(*snapshot);
+  }
+  if (asked_) commands_.handle(*std::exchange(asked_, std::nullopt));
   if (is_on(event, Channel::kLogStep)) {
     const auto step = decode<log_step_t>(event.bytes);
     return !step || play(*step);
   }
-  if (is_on(event, Channel::kLogSnapshot)) {
-    if (const auto snapshot = decode<log_snapshot_t>(event.bytes)) snapshots_.tell(*snapshot);
-  } else if (is_on(event, Channel::kPointer)) {
+  if (is_on(event, Channel::kPointer)) {
     const auto pointer = messaging::decode_pointer(event.bytes);
     if (pointer.message) point(*pointer.message, simulation_);
   } else if (is_on(event, Channel::kCommand)) {
-    const auto command = messaging::decode_command(event.bytes);
-    if (command.message) commands_.handle(*command.message);
+    asked_ = messaging::decode_command(event.bytes).message;
   } else if (is_on(event, Channel::kPose)) {
     const auto pose = decode<pose_t>(event.bytes);
     return !pose || compare(*pose);

@@ -29,8 +29,12 @@ def lift(client: Client) -> None:
 
 
 def difference(a: Any, b: Any) -> float:
-    flat = [abs(x - y) for one, other in zip(a[1], b[1], strict=True) for x, y in zip(one, other, strict=True)]
-    return max(flat)
+    """The largest of any number of the joints' quaternions; q and -q are the same."""
+
+    def of(p: Any, q: Any, sign: float) -> float:
+        return max(abs(x - sign * y) for x, y in zip(p, q, strict=True))
+
+    return max(min(of(p, q, 1.0), of(p, q, -1.0)) for p, q in zip(a[1], b[1], strict=True))
 
 
 def test_undo_and_redo_of_a_gesture(start_server: StartServer, connect: Connect) -> None:
@@ -97,13 +101,29 @@ def test_parameters_are_told_in_the_character(start_server: StartServer, connect
     assert client.received["character_t"][-1].joints[names.index(HAND)].stiffness == made
 
 
-def test_mirror_of_one_side_onto_the_other(start_server: StartServer, connect: Connect) -> None:
+def test_mirror_twice_is_the_pose_again(start_server: StartServer, connect: Connect) -> None:
     client = connect(start_server("--clock", "lockstep"))
     client.accepted("get_character")
     lift(client)
     before = pose(client)
-    client.accepted("mirror", side="left")
-    once = pose(client)
-    assert difference(before, once) > 0.02
+    client.accepted("mirror")
+    assert difference(before, pose(client)) > 0.02
     client.accepted("mirror", side="both")
-    assert difference(once, pose(client)) < 0.02  # a symmetric pose
+    assert difference(before, pose(client)) < 1e-3
+
+
+def test_mirror_of_one_side_leaves_it(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server("--clock", "lockstep"))
+    client.accepted("get_character")
+    names = [joint.name for joint in client.received["character_t"][-1].joints]
+    lift(client)
+    before = pose(client)[1]
+    client.accepted("mirror", side="left")
+    after = pose(client)[1]
+
+    def turned(bone: str) -> float:
+        p, q = before[names.index(bone)], after[names.index(bone)]
+        return 1.0 - abs(sum(x * y for x, y in zip(p, q, strict=True)))
+
+    assert turned("upper_arm.L") < 1e-6
+    assert turned("upper_arm.R") > 1e-4

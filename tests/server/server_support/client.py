@@ -44,7 +44,7 @@ class Client:
         subscription = self._lcm.subscribe(f"{prefix}LAYFIGURE_.*", self._receive)
         subscription.set_queue_capacity(100_000)
 
-    def send(self, name: str, **arguments: Values) -> None:
+    def send(self, name: str, /, **arguments: Values) -> None:
         """The next command, without waiting for its reply."""
         self._sequence += 1
         self.send_numbered(self._sequence, name, **arguments)
@@ -59,12 +59,12 @@ class Client:
         command.argument_count = len(command.arguments)
         self.publish("COMMAND", command.encode())
 
-    def command(self, name: str, **arguments: Values) -> Any:
+    def command(self, name: str, /, **arguments: Values) -> Any:
         """A command's reply."""
         self.send(name, **arguments)
         return self.wait_for("reply_t", lambda reply: (reply.client_id, reply.sequence) == (self.id, self._sequence))
 
-    def accepted(self, name: str, **arguments: Values) -> dict[str, tuple[float, ...]]:
+    def accepted(self, name: str, /, **arguments: Values) -> dict[str, tuple[float, ...]]:
         """The results of a command that must be accepted."""
         reply = self.command(name, **arguments)
         assert reply.accepted, reply.reason
