@@ -373,7 +373,8 @@ std::vector<messaging::Bytes> play_script() {
   RecordingSink sink;
   Simulation simulation(testing::small_doll(), {1000.0, 60.0, ClockKind::kLockstep});
   PosePublisher poses(simulation, sink, 77);
-  CommandProcessor processor(simulation, poses, sink, 77);
+  session::SnapshotFile snapshots(simulation.doll(), {});
+  CommandProcessor processor(simulation, poses, sink, snapshots, 77);
   poses.publish_if_due();
   std::int64_t sequence = 0;
   const auto send = [&](const std::string& name, const std::vector<argument_t>& arguments) {
