@@ -1,10 +1,12 @@
 #include "layfigure/app/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <iostream>
 #include <random>
 #include <sstream>
+#include <string_view>
 
 #include "layfigure/device/open.h"
 #include "layfigure/doll/settings.h"
@@ -170,8 +172,10 @@ void add_inspect_options(CLI::App& app, Options& options, std::filesystem::path&
   app.add_flag("--force", options.force, "with --write-settings: replace a file that is there")->needs(write);
 }
 
-void add_character_options(CLI::App& app, Options& options) {
-  app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")->type_name("FILE");
+void add_character_options(CLI::App& app, Options& options, bool replays) {
+  app.add_option("CHARACTER", options.character, "rigged character: glTF, FBX, Collada, ...")
+      ->required(!replays)
+      ->type_name("FILE");
   app.add_option("--doll", options.doll_settings, "how to make a doll of it [CHARACTER.doll.toml, if there is one]")
       ->type_name("SETTINGS.toml");
 }
@@ -229,7 +233,9 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   Options options;
   std::string clock = "realtime";
   std::filesystem::path settings_target;
-  add_character_options(app, options);
+  const bool replays =
+      std::any_of(argv, argv + argc, [](std::string_view argument) { return argument.starts_with("--replay"); });
+  add_character_options(app, options, replays);
   add_inspect_options(app, options, settings_target);
   add_simulation_options(app, options, clock);
   add_device_options(app, options.server);

@@ -29,6 +29,10 @@ bool Simulation::is_soon_after(std::int64_t step) const {
 
 /// A tool that has come out begins a step of the history. It has not moved the doll yet.
 void Simulation::note_tools() {
+  const auto has_tool = [](const auto& entry) { return entry.second.tool() != haptics::Tool::kNone; };
+  const auto is_noted = [&](const auto& entry) { return std::ranges::find(busy_, entry.first) != busy_.end(); };
+  const bool same = std::ranges::all_of(hands_.pointers(), [&](const auto& e) { return has_tool(e) == is_noted(e); });
+  if (same) return;  // as in almost every step: nothing is allocated
   std::vector<int> busy;
   int newest = -1;
   for (const auto& [id, pointer] : hands_.pointers()) {

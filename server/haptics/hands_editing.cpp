@@ -170,6 +170,8 @@ void Hands::recall(const DollMemory& memory) {
   }
   dynamics::State state = dynamics::initial_state(dynamics::Model(std::move(there)));  // or throws
   for (std::size_t i = 0; i < count; ++i) {
+    state.bodies[i].rotation = memory.joints[i].rotation;  // a model makes them unit once more
+    state.bodies[i].rest_rotation = memory.joints[i].rest_rotation;
     state.bodies[i].flow = memory.joints[i].flow;
     state.bodies[i].torque = memory.joints[i].torque;
     locked_strain_[i] = memory.joints[i].locked_strain;
