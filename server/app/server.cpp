@@ -25,6 +25,9 @@ using messaging::Channel;
 
 constexpr std::chrono::milliseconds kStatusInterval{100};
 constexpr std::chrono::seconds kCharacterInterval{1};
+// How long a haptic thread that is behind is waited for before it is asked again: a wake-up from a tick would be a
+// lock.
+constexpr std::chrono::microseconds kHapticPoll{100};
 
 class BusSink : public MessageSink {
  public:
@@ -57,7 +60,7 @@ haptics::DeviceHands open_devices(const ServerSettings& settings, const std::str
                                            .channel_prefix = settings.channel_prefix}));
     spdlog::info("pointer {} is moved by {}", k, devices.back().info().name);
   }
-  return haptics::DeviceHands(std::move(devices));
+  return haptics::DeviceHands(std::move(devices), settings.passivity);
 }
 
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
@@ -78,10 +81,11 @@ struct Server::Impl {
   void handle_events();
   void handle(const pointer_t& pointer);
   void handle(const command_t& command) { commands.handle(command); }
-  void request_realtime() const;
+  void start_realtime();
   void run_due_steps();
   void publish_heartbeats(Clock::time_point now);
   void publish_status(bool leaving);
+  void tell_scheduling(device_t& device) const;
   void report_dropped_time();
 
   const ServerSettings settings;
@@ -95,6 +99,7 @@ struct Server::Impl {
   PosePublisher poses;
   CommandProcessor commands;
   Pacer pacer;
+  haptics::RealtimeGrant realtime;  ///< of this thread
   double reported_dropped_time{0.0};
   Clock::time_point end{Clock::time_point::max()};
   Clock::time_point next_status{};
@@ -113,7 +118,7 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
       pacer(settings.simulation.physics_hz, Clock::now()) {}
 
 void Server::Impl::run() {
-  request_realtime();
+  start_realtime();
   const Clock::time_point start = Clock::now();
   if (settings.duration) {
     end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*settings.duration));
@@ -130,11 +135,12 @@ void Server::Impl::run() {
   publish_status(true);
 }
 
-/// A hand at a device feels a late step.
-void Server::Impl::request_realtime() const {
+/// A hand at a device feels a late step, and a late tick the more.
+void Server::Impl::start_realtime() {
   if (settings.simulation.clock != ClockKind::kRealtime || simulation.devices().empty()) return;
-  const haptics::RealtimeGrant grant = haptics::request_realtime(haptics::RealtimeThread::kPriority);
-  if (!grant.refused.empty()) spdlog::warn("{}", grant.refused);
+  realtime = haptics::request_realtime(haptics::RealtimeThread::kPriority - 1);
+  if (!realtime.refused.empty()) spdlog::warn("{}", realtime.refused);
+  simulation.start_haptic_thread();
 }
 
 bool Server::Impl::is_done(Clock::time_point now) const {
@@ -152,7 +158,9 @@ bool Server::Impl::is_stepping() const {
 Clock::time_point Server::Impl::next_wake_up() const {
   if (commands.shutdown_requested()) return Clock::time_point{};
   const Clock::time_point heartbeat = std::min({next_status, next_character, end});
-  return is_stepping() && !simulation.resting() ? std::min(heartbeat, pacer.deadline()) : heartbeat;
+  if (!is_stepping() || simulation.resting()) return heartbeat;
+  if (pacer.deadline() > Clock::now() || simulation.ready()) return std::min(heartbeat, pacer.deadline());
+  return std::min(heartbeat, Clock::now() + kHapticPoll);
 }
 
 /// What wakes the resting doll finds it at the present time, and a last pose says that it has rested until then.
@@ -174,7 +182,7 @@ void Server::Impl::handle(const pointer_t& pointer) {
 
 void Server::Impl::run_due_steps() {
   const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
-  while (is_stepping() && !simulation.resting() && pacer.deadline() <= now) {
+  while (is_stepping() && !simulation.resting() && simulation.ready() && pacer.deadline() <= now) {
     pacer.begin_step(Clock::now());
     const bool failed_before = !simulation.failure().empty();
     if (!simulation.advance() && !failed_before) spdlog::error("the simulation failed: {}", simulation.failure());
@@ -201,9 +209,16 @@ void Server::Impl::publish_status(bool leaving) {
   if (leaving) status.state = "leaving";
   status.poses = poses.count();
   status.late_steps = pacer.late_steps();
+  for (device_t& device : status.devices) tell_scheduling(device);
   status.bad_messages = inbox.bad_messages() + (broker ? broker->refused_clients() : 0);
   status.dropped_messages = bus.dropped_messages() + (broker ? broker->dropped_messages() : 0);
   sink.publish(status);
+}
+
+/// Of the thread that serves the devices.
+void Server::Impl::tell_scheduling(device_t& device) const {
+  const haptics::RealtimeGrant* grant = simulation.devices().grant();
+  device.realtime = (grant != nullptr ? *grant : realtime).scheduled;
 }
 
 void Server::Impl::report_dropped_time() {
