@@ -42,7 +42,7 @@ def test_simulated_hand_pulls_the_doll_and_feels_it(start_server: StartServer, c
 
 def bend_with_two_hands(client: Client, physics_hz: int) -> list[Any]:
     """Two hands hold an arm and pull it up; what each feels in the end."""
-    bones = ("hand.L", "lower_arm.L")
+    bones = ("hand.L", "forearm.L")
     client.accepted("step", count=physics_hz // 5)
     for pointer, bone in enumerate(bones):
         held = client.accepted("grab", bone=bone, pointer=pointer)["position"]
@@ -61,12 +61,14 @@ def test_hands_are_served_faster_than_the_doll_is_stepped(
     start_server: StartServer, connect: Connect, physics_hz: int, haptic_hz: int
 ) -> None:
     rates = ("--physics-hz", physics_hz, "--pose-hz", 50, "--haptic-hz", haptic_hz)
+    whole = bend_with_two_hands(connect(start_server("--clock", "lockstep", *DEVICE, *DEVICE)), 1000)
     client = connect(start_server("--clock", "lockstep", *DEVICE, *DEVICE, *rates))
-    forces = bend_with_two_hands(client, physics_hz)
-    for force in forces:
+    for force, expected in zip(bend_with_two_hands(client, physics_hz), whole, strict=True):
         assert force.attached
-        assert math.hypot(*force.hand_force) > 0.01
-    assert forces[0].force[2] > 0.0
+        size = math.hypot(*expected.hand_force)
+        assert size > 0.1
+        # The friction of the simulated pulleys leaves each hand somewhere within a tenth.
+        assert math.dist(force.hand_force, expected.hand_force) < 0.1 * size
     steps = client.received["reply_t"][-1].results[0].values[0]
     status = client.wait_for("status_t", lambda status: status.steps >= steps)
     for device in status.devices:

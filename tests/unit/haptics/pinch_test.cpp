@@ -9,7 +9,6 @@ namespace layfigure::haptics {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr Eigen::Index kZ = 2;
 const Eigen::Vector3d kMiddle(0, 0, 1);
 const double kMu = std::sqrt(kFingertipFriction * 0.5);  // with a shape of friction 0.5
 constexpr double kCone = 0.02;                           // what the slip threshold may be off by
@@ -44,29 +43,9 @@ TEST(Pinch, Lifted_TakesTheLimbAlong) {
   EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-4);
 }
 
-/// The pressure at which the limb slides out of fingers that open slowly.
-double pressure_at_slip(double friction) {
-  Hands hands(testing::pinched_limb(), kStep);
-  const FingertipDefinition fingertip{.friction = friction};
-  Pinch pinch(hands, kMiddle, fingertip);
-  double squeeze = 1.5 * 0.5 * testing::kLimbMass * kGravity / (std::sqrt(0.5 * friction) * kPinchStiffness);
-  pinch.glide_to(squeeze, 20);
-  run(hands, 1000);
-  const double before = fingertip_in_body(hands, 0, 0)[kZ];
-  constexpr double kOpening = 1e-7;  // [m] in a step: 0.1 N/s
-  constexpr double kSlid = 5e-4;     // [m]; before it slips the pad rolls by a tenth of this
-  constexpr int kInterval = 10;
-  while (squeeze > 0.0 && fingertip_in_body(hands, 0, 0)[kZ] - before < kSlid) {
-    squeeze -= kInterval * kOpening;
-    pinch.glide_to(squeeze, kInterval);
-    run(hands, kInterval);
-  }
-  return pinch.pressure(0);
-}
-
 TEST(Pinch, OpenedSlowly_SlipsAtTheCone) {
   for (const double friction : {0.5, 1.0, 2.0}) {
-    const double expected = 0.5 * testing::kLimbMass * kGravity / std::sqrt(0.5 * friction);
+    const double expected = slip_pressure(friction);
     EXPECT_NEAR(pressure_at_slip(friction), expected, kCone * expected) << friction;
   }
 }

@@ -63,6 +63,8 @@ class DeviceHands {
   [[nodiscard]] int ticks() const { return loop_ ? loop_->ticks() : 1; }
   /// What the ticks' thread was granted; null: it has none.
   [[nodiscard]] const RealtimeGrant* grant() const { return thread_ ? &thread_->grant() : nullptr; }
+  /// Of the ticks between steps. Needs serve().
+  [[nodiscard]] const HandOverLedger& ledger() const { return report_->ledger; }
   /// How long ticks took; the step is in them where there is one in each.
   [[nodiscard]] const TickWindow& tick_window() const { return window_; }
 
