@@ -78,6 +78,9 @@ struct Server::Impl {
   [[nodiscard]] bool is_stepping() const;
   [[nodiscard]] bool is_resting() const;  ///< the doll does, while time goes on
   [[nodiscard]] Clock::time_point next_wake_up() const;
+  [[nodiscard]] Clock::time_point next_step() const;
+  [[nodiscard]] bool is_due(Clock::time_point now) const;
+  [[nodiscard]] bool is_paced_by_haptics() const;
   void handle_events();
   void handle(const pointer_t& pointer);
   void handle(const command_t& command) { commands.handle(command); }
@@ -159,8 +162,20 @@ Clock::time_point Server::Impl::next_wake_up() const {
   if (commands.shutdown_requested()) return Clock::time_point{};
   const Clock::time_point heartbeat = std::min({next_status, next_character, end});
   if (!is_stepping() || simulation.resting()) return heartbeat;
-  if (pacer.deadline() > Clock::now() || simulation.ready()) return std::min(heartbeat, pacer.deadline());
-  return std::min(heartbeat, Clock::now() + kHapticPoll);
+  return std::min(heartbeat, next_step());
+}
+
+bool Server::Impl::is_paced_by_haptics() const { return simulation.devices().grant() != nullptr; }
+
+Clock::time_point Server::Impl::next_step() const {
+  if (!is_paced_by_haptics()) return pacer.deadline();
+  const std::chrono::duration<double> ready_at(simulation.devices().ready_at());
+  return std::max(Clock::time_point(std::chrono::duration_cast<Clock::duration>(ready_at)), Clock::now() + kHapticPoll);
+}
+
+/// A haptic thread has the clock: it has dropped what time it could not keep up with.
+bool Server::Impl::is_due(Clock::time_point now) const {
+  return is_paced_by_haptics() ? simulation.ready() : pacer.deadline() <= now;
 }
 
 /// What wakes the resting doll finds it at the present time, and a last pose says that it has rested until then.
@@ -182,7 +197,7 @@ void Server::Impl::handle(const pointer_t& pointer) {
 
 void Server::Impl::run_due_steps() {
   const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
-  while (is_stepping() && !simulation.resting() && simulation.ready() && pacer.deadline() <= now) {
+  while (is_stepping() && !simulation.resting() && is_due(now)) {
     pacer.begin_step(Clock::now());
     const bool failed_before = !simulation.failure().empty();
     if (!simulation.advance() && !failed_before) spdlog::error("the simulation failed: {}", simulation.failure());

@@ -115,9 +115,10 @@ void HapticLoop::report() noexcept {
 void HapticLoop::end_interval(double time, int periods) noexcept {
   elapsed_ += periods;
   if (elapsed_ < ticks_ || !answered_) return;
-  report();
   const int most = std::max(ticks_, static_cast<int>(kMostBehind / h_));
   elapsed_ = std::min(elapsed_ - ticks_, most);
+  report_.next = time + std::max(ticks_ - elapsed_, 1) * h_;
+  report();
   answered_ = false;
   asked_ = time;
 }

@@ -21,7 +21,9 @@ using haptics::Tool;
 constexpr unsigned kSeed = 20261128;
 constexpr int kHands = 2;
 constexpr double kReach = 0.05;  // [m] about a body's com that fingertips come from
-constexpr double kPull = 0.06;   // [m] at most
+constexpr double kPull = 0.2;    // [m] at most
+// The hands feel the doll as that much stiffer and heavier than usual: so that the devices' limits are met.
+constexpr double kPower = 10.0;
 
 /// Passes on what it is told, and keeps the largest.
 class WatchedDriver : public device::Driver {
@@ -65,6 +67,9 @@ class Player {
     devices_ = haptics::DeviceHands(std::move(devices));
     devices_.place_around(hands_);
     devices_.serve(ticks, h_ / ticks, hands_);
+    for (int k = 0; k < kHands; ++k) {
+      hands_.set_power_scale(k, kPower * hands_.pointers().at(k).map().power_scale());
+    }
     for (int k = 0; k < kHands; ++k) next_[k] = 0.6 + 0.1 * k;  // the guards let forces through by then
   }
 
@@ -96,7 +101,7 @@ class Player {
 
   /// A hand with a tool moves it or puts it away; one without takes one out.
   void act(int k) {
-    const double duration = between(0.1, 0.8);
+    const double duration = between(0.2, 1.2);
     next_[k] = time_ + duration;
     const Tool tool = hands_.pointers().at(k).tool();
     if (tool != Tool::kNone && between(0.0, 1.0) < 0.3) {
@@ -104,7 +109,9 @@ class Player {
     } else if (tool == Tool::kGrab) {
       glide(k, start_[k] + between(0.0, kPull) * direction(), duration);
     } else if (tool == Tool::kTouch) {
-      glide(k, middle_of(body_[k]) + between(0.0, 1.2) * kReach * direction(), duration);
+      glide(k,
+            middle_of(body_[k]) + between(-1.0, 1.0) * (start_[k] - middle_of(body_[k])) + kReach * 0.5 * direction(),
+            duration);
     } else {
       take_tool(k);
     }

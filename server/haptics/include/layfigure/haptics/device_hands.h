@@ -68,8 +68,10 @@ class DeviceHands {
   /// How long ticks took; the step is in them where there is one in each.
   [[nodiscard]] const TickWindow& tick_window() const { return window_; }
 
-  /// Whether a step may be made: not while the thread is at its ticks.
+  /// Whether a step may be made: not while the thread is at its ticks, ...
   [[nodiscard]] bool ready() const { return !thread_ || loop_->has_report(); }
+  /// ... until this time, by the monotonic clock [s]. Needs start_thread().
+  [[nodiscard]] double ready_at() const { return report_->next; }
 
   /// A client's wish for where pointer `pointer`, which drives() says is a device's, is to be.
   void guide(int pointer, const PointerPose& world, Hands& hands);

@@ -71,6 +71,7 @@ struct HapticReport {
   std::array<DeviceSeen, kMostPointers> devices;
   HandOverLedger ledger;
   TickRecord ticks;
+  double next{0.0};  ///< time of the next report, if this one is answered by then [s]
 };
 
 /// One thread calls tick(), one all the others; both may be the same. Neither allocates, locks, logs or throws.
