@@ -262,8 +262,10 @@ TEST(HapticLoop, PhysicsStalls_NoForceWithinTenMillisecondsOfItsAnswersTime) {
       ASSERT_EQ(hands.step().status, dynamics::StepStatus::kOk);
     }
     orders->has_model = hands.make_local_model(kTick, orders->model);
-    orders->hands[0] = {
-        .has_tool = true, .map = hands.pointers().at(0).map(), .position_offset = Eigen::Vector3d(0.0, 0.0, 0.03)};
+    orders->hands[0] = {.has_tool = true,
+                        .map = hands.pointers().at(0).map(),
+                        .position_offset = Eigen::Vector3d(0.0, 0.0, 0.03),
+                        .wanted = {}};
     loop.give(*orders);
   };
   for (int k = 0; k < 200; ++k) {
