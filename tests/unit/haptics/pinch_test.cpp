@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "pinch.h"
 #include "pinched_doll.h"
@@ -87,6 +88,33 @@ TEST(Pinch, HandsThatTremble_DoNotLetItCreep) {
   pinch.glide_to(0.01, 10);
   run(hands, 1000);
   EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-6);
+}
+
+TEST(Pinch, HandsThatTurnAboutThePinchsAxis_DoNotLetItCreep) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  constexpr double kSqueeze = 0.01;
+  constexpr double kTurn = 0.35;       // [rad], once a second
+  constexpr double kMostCreep = 1e-5;  // [m] in four seconds
+  pinch.glide_to(kSqueeze, 20);
+  run(hands, 1000);
+  const double away = testing::kLimbRadius + kFingertipRadius - kSqueeze;
+  const auto turn_once = [&] {
+    for (int k = 1; k <= 100; ++k) {
+      const double angle = kTurn * std::sin(2.0 * std::numbers::pi * k / 100.0);
+      const Eigen::Quaterniond rotation(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
+      for (const int id : {0, 1}) {
+        const double side = id == 0 ? 1.0 : -1.0;
+        hands.receive(id, {.position = kMiddle + side * away * Eigen::Vector3d::UnitY(), .rotation = rotation});
+      }
+      hands.glide(10);
+      run(hands, 10);
+    }
+  };
+  turn_once();  // the pads settle
+  const Eigen::Vector3d before = fingertip_in_body(hands, 0, 0);
+  for (int second = 0; second < 4; ++second) turn_once();
+  EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), kMostCreep);
 }
 
 TEST(Pinch, LeftAlone_RestsAndDoesNotMove) {
