@@ -68,11 +68,19 @@ class Device:
         self._force = _cut(command.force) if command.active else np.zeros(3)
         self._last_command_s = time.monotonic()
 
+    @property
+    def force(self) -> Floats:
+        """What it exerts on the hand."""
+        return self._force
+
+    def let_go(self) -> None:
+        self._force = np.zeros(3)
+
     def tick(self, dt: float, time_s: float) -> None:
         """Takes in what has come, lets time pass, tells where the grip is."""
         self._bus.poll(0.0)
         if time.monotonic() - self._last_command_s > WATCHDOG_S:
-            self._force = np.zeros(3)
+            self.let_go()
         self._grip.advance(dt, time_s, self._force)
         self._sequence += 1
         state = SpidarState(
@@ -97,6 +105,7 @@ def run(device: Device, bus: Bus, seconds: float) -> None:
             due = max(due + 1.0 / RATE_HZ, now)
             time.sleep(max(0.0, due - time.monotonic()))
         except BusError:
+            device.let_go()  # nobody is left who could tell it to
             time.sleep(RETRY_S)
             reconnect(bus)
             last = time.monotonic()

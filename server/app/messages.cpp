@@ -73,21 +73,36 @@ const char* tool_name(haptics::Tool tool) {
   return "";
 }
 
-device_t make_device(const haptics::DeviceHands& devices, int index) {
-  const device::Device& device = devices.device(index);
-  const device::GuardReport& report = device.report();
-  const device::Reading& reading = devices.reading(index);
+/// How fast the devices are served.
+void fill_ticks(const Simulation& simulation, device_t& message) {
+  const haptics::DeviceHands& devices = simulation.devices();
+  message.haptic_hz = devices.ticks() * simulation.settings().physics_hz;
+  const haptics::TickSummary ticks = devices.tick_window().summary();
+  message.haptic_rate = ticks.rate_hz;
+  message.late_ticks = devices.tick_window().whole().late;
+  message.tick_us_p50 = ticks.us_p50;
+  message.tick_us_p99 = ticks.us_p99;
+  message.tick_us_max = ticks.us_max;
+}
+
+device_t make_device(const Simulation& simulation, int index) {
+  const haptics::DeviceHands& devices = simulation.devices();
+  const device::Info& info = devices.info(index);
+  const device::GuardReport& report = devices.seen(index).report;
+  const device::Reading& reading = devices.seen(index).reading;
   device_t message{};
-  message.name = device.info().name;
+  message.name = info.name;
   message.pointer = index;
   message.state = report.fault == device::Fault::kNone ? "ok" : device::fault_name(report.fault);
   if (report.last_fault != device::Fault::kNone) message.last_fault = device::fault_name(report.last_fault);
   message.faults = report.trips;
   message.share = report.share;
-  message.reach = reading.position.norm() / device.info().reach;
-  if (device.info().reach_angle > 0.0) {
-    message.turn = reading.rotation.angularDistance(Eigen::Quaterniond::Identity()) / device.info().reach_angle;
+  message.reach = reading.position.norm() / info.reach;
+  if (info.reach_angle > 0.0) {
+    message.turn = reading.rotation.angularDistance(Eigen::Quaterniond::Identity()) / info.reach_angle;
   }
+  message.energy = devices.seen(index).energy;
+  fill_ticks(simulation, message);
   return message;
 }
 
@@ -186,8 +201,7 @@ status_t make_status(const Simulation& simulation, std::int64_t server_id) {
   const dynamics::Energy energy = simulation.energy();
   message.kinetic_energy = energy.kinetic;
   message.elastic_energy = energy.elastic;
-  for (int k = 0; k < simulation.devices().count(); ++k)
-    message.devices.push_back(make_device(simulation.devices(), k));
+  for (int k = 0; k < simulation.devices().count(); ++k) message.devices.push_back(make_device(simulation, k));
   message.device_count = simulation.devices().count();
   return message;
 }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iostream>
 #include <random>
 #include <sstream>
@@ -18,8 +19,10 @@ namespace {
 
 constexpr double kMinPhysicsHz = 10.0;
 constexpr double kMaxPhysicsHz = 20000.0;
+constexpr double kMaxHapticHz = 10000.0;
 constexpr double kMinPoseHz = 0.1;
-constexpr double kMaxDuration = 1e7;  // [s]
+constexpr double kMaxDuration = 1e7;      // [s]
+constexpr double kWholeTolerance = 1e-9;  // of a ratio of two rates that were written in decimals
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -29,6 +32,7 @@ Examples:
   layfigure-server doll.glb --log work.lcmlog              all that happens goes to a log ...
   layfigure-server --replay work.lcmlog                    ... and is played again, bit for bit
   layfigure-server doll.glb --device spidar-g6 --device spidar-g6    felt and moved by two hands, simulated
+  layfigure-server doll.glb --device lcm --physics-hz 250 --haptic-hz 4000    a large doll, felt at a device's own rate
   layfigure-server --inspect doll.glb --json               what doll would be built, then exit
   layfigure-server --inspect doll.glb --write-settings     the same to doll.doll.toml, to be edited: it is then used
 
@@ -63,6 +67,15 @@ CLI::Validator clock_kind() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
         return text == "realtime" || text == "lockstep" ? "" : "'" + text + "' is not realtime or lockstep";
+      },
+      "");
+}
+
+CLI::Validator passivity_kind() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text == "off" || text == "each" || text == "together" ? ""
+                                                                     : "'" + text + "' is not off, each or together";
       },
       "");
 }
@@ -140,7 +153,7 @@ void add_bus_options(CLI::App& app, Options& options) {
       ->type_name("S");
 }
 
-void add_device_options(CLI::App& app, ServerSettings& server) {
+void add_device_options(CLI::App& app, ServerSettings& server, double& haptic_hz, std::string& passivity) {
   CLI::Option* devices =
       app.add_option("--device", server.devices,
                      "haptic device: none, spidar-g6 (simulated), lcm (its own process) or PLUGIN.so; the first moves "
@@ -154,6 +167,18 @@ void add_device_options(CLI::App& app, ServerSettings& server) {
       ->type_name("FILE")
       ->take_all()
       ->expected(1)
+      ->needs(devices);
+  app.add_option("--haptic-hz", haptic_hz,
+                 "of the devices, a whole multiple of --physics-hz: between steps hands feel a local model of the doll "
+                 "[--physics-hz]")
+      ->check(number_in(kMinPhysicsHz, kMaxHapticHz))
+      ->type_name("HZ")
+      ->needs(devices);
+  app.add_option("--passivity", passivity,
+                 "damping where a device would put out energy that its hand, or all together, did not put in: off, "
+                 "each or together [off]")
+      ->check(passivity_kind())
+      ->type_name("WHOSE")
       ->needs(devices);
 }
 
@@ -216,6 +241,28 @@ void check_devices(const ServerSettings& server) {
   }
 }
 
+/// Ticks come between steps: so many in each.
+void set_haptic_rate(double haptic_hz, ServerSettings& server) {
+  SimulationSettings& simulation = server.simulation;
+  const double ticks = haptic_hz / simulation.physics_hz;
+  std::ostringstream message;
+  if (ticks < 1.0 || std::abs(ticks - std::round(ticks)) > kWholeTolerance * ticks) {
+    message << "--haptic-hz: " << haptic_hz << " is not a whole multiple of --physics-hz, " << simulation.physics_hz;
+    throw CLI::ValidationError(message.str());
+  }
+  simulation.haptic_ticks = static_cast<int>(std::lround(ticks));
+  if (simulation.haptic_ticks > 1 && server.devices.size() > haptics::kMostPointers) {
+    message << "--haptic-hz: " << server.devices.size() << " devices are more than can be served between steps, "
+            << haptics::kMostPointers << "; leave it out";
+    throw CLI::ValidationError(message.str());
+  }
+}
+
+haptics::PassivityOptions::Judge passivity_judge(const std::string& whose) {
+  using Judge = haptics::PassivityOptions::Judge;
+  return whose == "each" ? Judge::kEach : whose == "together" ? Judge::kTogether : Judge::kOff;
+}
+
 /// Names a run of a server; 0 would look like none.
 std::int64_t random_server_id() {
   std::random_device device;
@@ -238,7 +285,9 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   add_character_options(app, options, replays);
   add_inspect_options(app, options, settings_target);
   add_simulation_options(app, options, clock);
-  add_device_options(app, options.server);
+  double haptic_hz = 0.0;
+  std::string passivity = "off";
+  add_device_options(app, options.server, haptic_hz, passivity);
   add_bus_options(app, options);
   add_log_options(app, options);
   try {
@@ -247,6 +296,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
     std::erase(options.server.devices, "none");
     check_rates(options.server.simulation);
     check_devices(options.server);
+    if (app.count("--haptic-hz") > 0) set_haptic_rate(haptic_hz, options.server);
   } catch (const CLI::Success& wish) {
     return {std::nullopt, app.exit(wish)};
   } catch (const CLI::ParseError& error) {
@@ -256,6 +306,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   if (app.count("--write-settings") > 0) {
     options.write_settings = settings_target.empty() ? doll::settings_path_beside(options.character) : settings_target;
   }
+  options.server.passivity.judge = passivity_judge(passivity);
   options.server.simulation.clock = clock == "lockstep" ? ClockKind::kLockstep : ClockKind::kRealtime;
   if (options.server.lcm_url.empty()) options.server.lcm_url = messaging::default_bus_url();
   options.server.character = options.character;

@@ -26,6 +26,9 @@ using messaging::Channel;
 
 constexpr std::chrono::milliseconds kStatusInterval{100};
 constexpr std::chrono::seconds kCharacterInterval{1};
+// How long a haptic thread that is behind is waited for before it is asked again: a wake-up from a tick would be a
+// lock.
+constexpr std::chrono::microseconds kHapticPoll{100};
 
 class BusSink : public MessageSink {
  public:
@@ -70,7 +73,7 @@ haptics::DeviceHands open_devices(const ServerSettings& settings, const std::str
                                            .channel_prefix = settings.channel_prefix}));
     spdlog::info("pointer {} is moved by {}", k, devices.back().info().name);
   }
-  return haptics::DeviceHands(std::move(devices));
+  return haptics::DeviceHands(std::move(devices), settings.passivity);
 }
 
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
@@ -89,13 +92,17 @@ struct Server::Impl {
   [[nodiscard]] bool is_stepping() const;
   [[nodiscard]] bool is_resting() const;  ///< the doll does, while time goes on
   [[nodiscard]] Clock::time_point next_wake_up() const;
+  [[nodiscard]] Clock::time_point next_step() const;
+  [[nodiscard]] bool is_due(Clock::time_point now) const;
+  [[nodiscard]] bool is_paced_by_haptics() const;
   void handle_events();
   void handle(const pointer_t& pointer);
   void handle(const command_t& command);
-  void request_realtime() const;
+  void start_realtime();
   void run_due_steps();
   void publish_heartbeats(Clock::time_point now);
   void publish_status(bool leaving);
+  void tell_scheduling(device_t& device) const;
   void report_dropped_time();
 
   const ServerSettings settings;
@@ -112,6 +119,7 @@ struct Server::Impl {
   LoggedSnapshots snapshots;
   CommandProcessor commands;
   Pacer pacer;
+  haptics::RealtimeGrant realtime;  ///< of this thread
   double reported_dropped_time{0.0};
   Clock::time_point end{Clock::time_point::max()};
   Clock::time_point next_status{};
@@ -143,7 +151,7 @@ void Server::Impl::check_snapshots() {
 
 void Server::Impl::run() {
   check_snapshots();
-  request_realtime();
+  start_realtime();
   const Clock::time_point start = Clock::now();
   if (settings.duration) {
     end = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*settings.duration));
@@ -161,11 +169,12 @@ void Server::Impl::run() {
   publish_status(true);
 }
 
-/// A hand at a device feels a late step.
-void Server::Impl::request_realtime() const {
+/// A hand at a device feels a late step, and a late tick the more.
+void Server::Impl::start_realtime() {
   if (settings.simulation.clock != ClockKind::kRealtime || simulation.devices().empty()) return;
-  const haptics::RealtimeGrant grant = haptics::request_realtime(haptics::RealtimeThread::kPriority);
-  if (!grant.refused.empty()) spdlog::warn("{}", grant.refused);
+  realtime = haptics::request_realtime(haptics::RealtimeThread::kPriority - 1);
+  if (!realtime.refused.empty()) spdlog::warn("{}", realtime.refused);
+  simulation.start_haptic_thread();
 }
 
 bool Server::Impl::is_done(Clock::time_point now) const {
@@ -183,7 +192,21 @@ bool Server::Impl::is_stepping() const {
 Clock::time_point Server::Impl::next_wake_up() const {
   if (commands.shutdown_requested()) return Clock::time_point{};
   const Clock::time_point heartbeat = std::min({next_status, next_character, end});
-  return is_stepping() && !simulation.resting() ? std::min(heartbeat, pacer.deadline()) : heartbeat;
+  if (!is_stepping() || simulation.resting()) return heartbeat;
+  return std::min(heartbeat, next_step());
+}
+
+bool Server::Impl::is_paced_by_haptics() const { return simulation.devices().grant() != nullptr; }
+
+Clock::time_point Server::Impl::next_step() const {
+  if (!is_paced_by_haptics()) return pacer.deadline();
+  const std::chrono::duration<double> ready_at(simulation.devices().ready_at());
+  return std::max(Clock::time_point(std::chrono::duration_cast<Clock::duration>(ready_at)), Clock::now() + kHapticPoll);
+}
+
+/// A haptic thread has the clock: it has dropped what time it could not keep up with.
+bool Server::Impl::is_due(Clock::time_point now) const {
+  return is_paced_by_haptics() ? simulation.ready() : pacer.deadline() <= now;
 }
 
 /// What wakes the resting doll finds it at the present time, and a last pose says that it has rested until then.
@@ -208,7 +231,7 @@ void Server::Impl::handle(const command_t& command) {
 
 void Server::Impl::run_due_steps() {
   const Clock::time_point now = Clock::now();  // what becomes due meanwhile waits for the messages that came meanwhile
-  while (is_stepping() && !simulation.resting() && pacer.deadline() <= now) {
+  while (is_stepping() && !simulation.resting() && is_due(now)) {
     pacer.begin_step(Clock::now());
     const bool failed_before = !simulation.failure().empty();
     if (!simulation.advance() && !failed_before) {
@@ -238,9 +261,16 @@ void Server::Impl::publish_status(bool leaving) {
   if (leaving) status.state = "leaving";
   status.poses = poses.count();
   status.late_steps = pacer.late_steps();
+  for (device_t& device : status.devices) tell_scheduling(device);
   status.bad_messages = inbox.bad_messages() + (broker ? broker->refused_clients() : 0);
   status.dropped_messages = bus.dropped_messages() + (broker ? broker->dropped_messages() : 0);
   sink.publish(status);
+}
+
+/// Of the thread that serves the devices.
+void Server::Impl::tell_scheduling(device_t& device) const {
+  const haptics::RealtimeGrant* grant = simulation.devices().grant();
+  device.realtime = (grant != nullptr ? *grant : realtime).scheduled;
 }
 
 void Server::Impl::report_dropped_time() {

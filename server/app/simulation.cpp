@@ -25,6 +25,13 @@ Simulation::Simulation(doll::Doll doll, const SimulationSettings& settings, hapt
       devices_(std::move(devices)),
       statistics_(settings.physics_hz) {
   devices_.place_around(hands_);
+  if (!devices_.empty() && settings.haptic_ticks > 1) {
+    devices_.serve(settings.haptic_ticks, 1.0 / (settings.haptic_ticks * settings.physics_hz), hands_);
+  }
+}
+
+void Simulation::start_haptic_thread() {
+  if (settings_.clock == ClockKind::kRealtime && devices_.ticks() > 1) devices_.start_thread(hands_);
 }
 
 double Simulation::device_time() const {

@@ -48,6 +48,8 @@ std::string_view fault_name(Fault fault) {
       return "wrench not finite";
     case Fault::kLate:
       return "tick late";
+    case Fault::kStalled:
+      return "simulation late";
     case Fault::kClosed:
       return "closed";
   }

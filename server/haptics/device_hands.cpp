@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -50,16 +51,14 @@ void grab_what_is_near(int pointer, Hands& hands) {
 
 }  // namespace
 
-DeviceHands::DeviceHands(std::vector<device::Device> devices) {
-  devices_.reserve(devices.size());
-  for (device::Device& device : devices) devices_.push_back({.device = std::move(device)});
-}
+DeviceHands::DeviceHands(std::vector<device::Device> devices, const PassivityOptions& passivity)
+    : hands_(devices.size()), devices_(std::make_unique<DeviceSet>(std::move(devices), passivity)) {}
 
 void DeviceHands::place_around(Hands& hands) const {
   const double size = half_size(hands.doll());
   const Eigen::Vector3d middle = skin_box(hands.doll()).center();
   for (int k = 0; k < count(); ++k) {
-    const double scale = std::clamp(size / device(k).info().reach, kMinScale, kMaxScale);
+    const double scale = std::clamp(size / info(k).reach, kMinScale, kMaxScale);
     const double side = count() == 1 ? 0.0 : k % 2 == 0 ? -0.5 : 0.5;
     hands.set_base(k, {.position = middle + side * kHandsApart * size * Eigen::Vector3d::UnitX()});
     hands.set_scale(k, scale);
@@ -68,21 +67,21 @@ void DeviceHands::place_around(Hands& hands) const {
 }
 
 void DeviceHands::guide(int pointer, const PointerPose& world, Hands& hands) {
-  Hand& hand = devices_[pointer];
+  Hand& hand = hands_[pointer];
   const Pointer& guided = hands.pointers().at(pointer);
   if (guided.tool() != Tool::kNone) {
     hand.guided = guided.map().to_device(world);
     return;
   }
   hands.place(pointer, world);
-  if (!hand.device.info().simulated) return;
+  if (!info(pointer).simulated) return;
   hand.placed = world;
   hand.wanted = hand.guided = {};
   hand.glide.stop();
 }
 
 void DeviceHands::glide(int pointer, std::int64_t steps) {
-  Hand& hand = devices_[pointer];
+  Hand& hand = hands_[pointer];
   hand.glide.start(hand.wanted, hand.guided, steps);
 }
 
@@ -92,9 +91,10 @@ void DeviceHands::glide(std::int64_t steps) {
 
 void DeviceHands::follow_buttons(Hands& hands) {
   for (int k = 0; k < count(); ++k) {
-    Hand& hand = devices_[k];
-    const bool squeezed = is_squeezed(hand.reading, hand.squeezed);
-    const bool clutched = (hand.reading.buttons & kClutchButton) != 0;
+    Hand& hand = hands_[k];
+    const device::Reading& reading = hand.seen.reading;
+    const bool squeezed = is_squeezed(reading, hand.squeezed);
+    const bool clutched = (reading.buttons & kClutchButton) != 0;
     if (squeezed && !hand.squeezed) grab_what_is_near(k, hands);
     if (!squeezed && hand.squeezed && hands.pointers().at(k).tool() == Tool::kGrab) hands.release(k);
     if (clutched != hand.clutched) hands.set_clutch(k, clutched);
@@ -103,15 +103,11 @@ void DeviceHands::follow_buttons(Hands& hands) {
   }
 }
 
-void DeviceHands::begin_step(double time, Hands& hands) {
+/// The pointers are where their hands were last seen.
+void DeviceHands::move_pointers(Hands& hands) {
   for (int k = 0; k < count(); ++k) {
-    Hand& hand = devices_[k];
-    if (hand.glide.moving()) hand.wanted = hand.glide.advance();
-    hand.device.aim(hand.wanted.position, hand.wanted.rotation);
-    hand.reading = hand.device.read(time);
-    if (hand.reading.status == device::Reading::Status::kOk) {
-      hands.receive(k, {.position = hand.reading.position, .rotation = hand.reading.rotation});
-    }
+    Hand& hand = hands_[k];
+    if (hand.seen.has_hand) hands.receive(k, hand.seen.hand);
     if (hands.pointers().at(k).tool() != Tool::kNone) hand.placed.reset();
     if (hand.placed) {
       hands.place(k, *hand.placed);
@@ -121,15 +117,106 @@ void DeviceHands::begin_step(double time, Hands& hands) {
   }
 }
 
-void DeviceHands::end_step(double time, const Hands& hands) {
-  for (int k = 0; k < count(); ++k) {
-    const dynamics::BodyForce felt = hands.pointers().at(k).force_on_hand();
-    devices_[k].device.write(time, {.force = felt.force, .torque = felt.torque});
+void DeviceHands::begin_step(double time, Hands& hands) {
+  if (loop_) {
+    if (!thread_) {
+      give(hands);
+      run_ticks(time);
+    }
+    take(time, hands);
+    return;
   }
+  if (!devices_) return;
+  begun_ns_ = now_ns();
+  for (int k = 0; k < count(); ++k) {
+    Hand& hand = hands_[k];
+    if (hand.glide.moving()) hand.wanted = hand.glide.advance();
+    devices_->aim(k, hand.wanted);
+  }
+  devices_->read(time);
+  for (int k = 0; k < count(); ++k) hands_[k].seen = devices_->seen(k);
+  move_pointers(hands);
+}
+
+void DeviceHands::end_step(double time, Hands& hands) {
+  if (thread_) give(hands);
+  if (loop_ || !devices_) return;
+  for (int k = 0; k < count(); ++k) {
+    const Pointer& pointer = hands.pointers().at(k);
+    const dynamics::BodyForce felt = pointer.force_on_hand();
+    devices_->render(k, {.force = felt.force, .torque = felt.torque}, pointer.tool() != Tool::kNone);
+  }
+  devices_->exert(time, hands.step_length());
+  for (int k = 0; k < count(); ++k) hands_[k].seen = devices_->seen(k);
+  record_tick(time, hands.step_length());
+}
+
+void DeviceHands::record_tick(double time, double step) {
+  const double periods = record_.ticks > 0 ? std::round((time - last_time_) / step) : 1.0;
+  last_time_ = time;
+  record_.add(1e-9 * static_cast<double>(now_ns() - begun_ns_), std::max(static_cast<int>(periods), 1));
+  window_.update(record_, time);
 }
 
 void DeviceHands::let_go(double time) {
-  for (Hand& hand : devices_) hand.device.write(time, {});
+  if (!loop_) {
+    if (devices_) devices_->let_go(time);
+    return;
+  }
+  orders_->sound = orders_->has_model = false;
+  loop_->give(*orders_);
+  if (!thread_) run_ticks(time);
+  (void)loop_->take(*report_);
+  for (int k = 0; k < count(); ++k) hands_[k].seen = report_->devices[k];
+}
+
+// ---------------------------------------------------------------- more than one tick in a step
+
+void DeviceHands::serve(int ticks, double tick, Hands& hands) {
+  loop_ = std::make_unique<HapticLoop>(*devices_, ticks, tick);
+  orders_ = std::make_unique<HapticOrders>();
+  report_ = std::make_unique<HapticReport>();
+  hands.serve(count());
+}
+
+void DeviceHands::start_thread(Hands& hands) {
+  const double h = loop_->tick_length();
+  give(hands);
+  thread_ = std::make_unique<RealtimeThread>(1.0 / h, [loop = loop_.get(), h](double passed) {
+    const double now = 1e-9 * static_cast<double>(now_ns());
+    loop->tick(now, static_cast<int>(std::lround(passed / h)));
+  });
+}
+
+/// What physics has to tell the ticks to come.
+void DeviceHands::give(Hands& hands) {
+  orders_->sound = true;
+  orders_->has_model = hands.make_local_model(loop_->tick_length(), orders_->model);
+  for (int k = 0; k < count(); ++k) {
+    Hand& hand = hands_[k];
+    if (hand.glide.moving()) hand.wanted = hand.glide.advance();
+    const Pointer& pointer = hands.pointers().at(k);
+    ServedHand& served = orders_->hands[k];
+    served.has_tool = pointer.tool() != Tool::kNone;
+    served.map = pointer.map();
+    served.wanted = hand.wanted;
+    if (!served.has_tool) continue;
+    served.position_offset = pointer.grip()->position_offset;
+    served.rotation_offset = pointer.grip()->rotation_offset;
+  }
+  loop_->give(*orders_);
+}
+
+void DeviceHands::run_ticks(double time) {
+  for (int i = 0; i < loop_->ticks(); ++i) loop_->tick(time + i * loop_->tick_length(), 1);
+}
+
+void DeviceHands::take(double time, Hands& hands) {
+  if (!loop_->take(*report_)) return;
+  for (int k = 0; k < count(); ++k) hands_[k].seen = report_->devices[k];
+  window_.update(report_->ticks, time);
+  hands.take(*report_);
+  move_pointers(hands);
 }
 
 }  // namespace layfigure::haptics

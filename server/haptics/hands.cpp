@@ -143,6 +143,7 @@ void Hands::place_fingertips(std::optional<std::pair<int, FingertipDefinition>> 
     }
   }
   touch_.set_fingertips(doll_, fingertips);
+  if (served_ > 0) modeler_.emplace(model());
 }
 
 void Hands::release(int id) {
@@ -165,6 +166,7 @@ void Hands::tools_changed() {
     if (pointer.fingertip()) pointer.set_fingertip_body(touch_.body_of(id));
   }
   let_bonds_through();
+  leave_to_local_dynamics();
   softness_.apply(any_tool(), model(), touch_.state());
 }
 
@@ -174,6 +176,7 @@ void Hands::set_magnet(int id, bool on) {
   fingertip.definition.magnet = on;
   if (!on) fingertip.bond.reset();
   let_bonds_through();
+  leave_to_local_dynamics();
 }
 
 void Hands::set_base(int id, const PointerPose& base) {
@@ -236,6 +239,7 @@ void Hands::reset() {
   touch_.reset();
   softness_.forget_state();
   let_bonds_through();
+  leave_to_local_dynamics();
 }
 
 void Hands::put_tools_away() {
@@ -249,12 +253,7 @@ void Hands::put_tools_away() {
 
 dynamics::StepReport Hands::step() {
   collect_inputs();
-  const dynamics::StepReport report =
-      touch_.scene()
-          .step(touch_.state(),
-                {.loads = touch_.weights(), .couplings = couplings_, .ties = ties_, .drives = drives_.aim(h_)},
-                {.step = h_, .order = 1, .sleep_angle = dynamics::kSleepAngle})
-          .step;
+  const dynamics::StepReport report = make_step(touch_.state());
   if (report.status == dynamics::StepStatus::kOk && !report.resting) finish_step();
   return report;
 }
@@ -272,7 +271,7 @@ void Hands::collect_inputs() {
   first_grip_ = couplings_.size();
   first_bond_ = ties_.size();
   for (auto& [id, pointer] : pointers_) {
-    if (pointer.grip()) couplings_.push_back(pointer.aim(h_));
+    if (pointer.grip() && !is_served(id)) couplings_.push_back(pointer.aim(h_));
     if (pointer.fingertip() && pointer.fingertip()->bond) ties_.push_back(*pointer.fingertip()->bond);
   }
 }
@@ -280,11 +279,13 @@ void Hands::collect_inputs() {
 void Hands::finish_step() {
   int index = static_cast<int>(first_grip_);
   for (auto& [id, pointer] : pointers_) {
-    if (pointer.grip()) pointer.finish_step(touch_.scene().coupling_force(index++));
+    if (!pointer.grip()) continue;
+    pointer.finish_step(is_served(id) ? tools_[id].force : touch_.scene().coupling_force(index++));
   }
   for (int k = 0; k < drives_.count(); ++k) drives_.observe(k, touch_.scene().drive_torque(k));
   if (drives_.active() && drives_.finish_step(state(), h_)) cancel_pose();
   if (touch_.weights() == nullptr) return;
+  put_local_fingertips();
   observe_contacts();
   form_bonds();
 }
@@ -297,6 +298,11 @@ void Hands::observe_contacts() {
     if (!pointer.fingertip()) continue;
     Fingertip& fingertip = *pointer.fingertip();
     fingertip.touched = {};
+    if (is_local(id)) {
+      const LocalTouch& local = tools_[id].touched;
+      fingertip.touched = {.body = local.body, .force = local.force, .contact = local.contact};
+      continue;
+    }
     const int body = pointer.grip()->coupling.body;
     double hardest = 0.0;
     for (std::size_t k = 0; k < scene.contacts().size(); ++k) {
@@ -337,7 +343,9 @@ void Hands::form_bonds() {
                                    .rotation = R_BW * tip.rotation};
     formed = true;
   }
-  if (formed) let_bonds_through();
+  if (!formed) return;
+  let_bonds_through();
+  leave_to_local_dynamics();
 }
 
 /// What a bond holds together does not touch beside that: its rows would contradict the contact's.

@@ -35,13 +35,29 @@ LocalDynamics::LocalDynamics() {
   impulses_.setZero(0);
 }
 
+LocalDynamics::Layout LocalDynamics::layout() const noexcept {
+  Layout layout{.pointers = model_.pointers,
+                .ports = model_.ports,
+                .pointer = model_.pointer,
+                .body = model_.body,
+                .own = model_.own,
+                .point = model_.point,
+                .velocity = {}};
+  for (int k = 0; k < model_.ports; ++k) layout.velocity[k] = velocity(k);
+  return layout;
+}
+
 /// The port's index in the last model, -1: it is new.
 int LocalDynamics::port_before(int port, const Layout& before) const noexcept {
-  if (port < model_.pointers) {
-    return port < before.pointers && before.body[port] == model_.body[port] ? port : -1;
-  }
-  for (int i = before.pointers; i < before.ports; ++i) {
-    if (before.body[i] == model_.body[port]) return i;
+  const bool held = port < model_.pointers;
+  const int first = held ? 0 : before.pointers;
+  const int end = held ? before.pointers : before.ports;
+  for (int i = first; i < end; ++i) {
+    if (before.body[i] != model_.body[port]) continue;
+    if (!held) return i;
+    const bool same_point =
+        std::equal(before.point.begin() + 3 * i, before.point.begin() + 3 * i + 3, model_.point.begin() + 3 * port);
+    if (before.pointer[i] == model_.pointer[port] && same_point) return i;
   }
   return -1;
 }
@@ -49,20 +65,22 @@ int LocalDynamics::port_before(int port, const Layout& before) const noexcept {
 /// What physics was done with the last interval's mean wrenches.
 void LocalDynamics::account_physics(const Layout& before) noexcept {
   const std::array<Interval, kMostPorts> old = intervals_;
+  double work = 0.0;
+  int found = 0;
   for (int k = 0; k < model_.ports; ++k) {
     Interval& interval = intervals_[k];
     const int same = port_before(k, before);
     interval = same < 0 ? Interval{} : old[same];
+    found += same < 0 ? 0 : 1;
     const Vector3d position = stored_position(model_, k);
     const Eigen::Quaterniond rotation = stored_rotation(model_, k);
-    if (pending_ && same >= 0 && !model_.own[k]) {
-      ledger_.energy -=
-          interval.mean.dot(between(interval.physics_position, interval.physics_rotation, position, rotation));
+    if (pending_ && same >= 0 && !before.own[same]) {
+      work += interval.mean.dot(between(interval.physics_position, interval.physics_rotation, position, rotation));
     }
     interval.physics_position = position;
     interval.physics_rotation = rotation;
   }
-  if (pending_) ledger_.energy += given_;
+  if (pending_) ledger_.energy += found == before.ports ? given_ - work : std::min(given_ - work, 0.0);
   pending_ = false;
   ledger_.lowest = std::min(ledger_.lowest, ledger_.energy);
 }
@@ -80,14 +98,26 @@ void LocalDynamics::take_ports(const Layout& before) noexcept {
   }
 }
 
+/// The doll's ports are as fast as physics has them; a pointer's own body goes on.
+void LocalDynamics::keep_speeds(const Layout& before) noexcept {
+  speed_.setZero(model_.rows());
+  const ConstRows velocity(model_.velocity.data(), model_.rows());
+  for (int k = 0; k < model_.pointers; ++k) {
+    const int same = port_before(k, before);
+    if (!model_.own[k] || same < 0) continue;
+    speed_.segment<3>(6 * k) = before.velocity[same].angular - velocity.segment<3>(6 * k);
+    speed_.segment<3>(6 * k + 3) = before.velocity[same].linear - velocity.segment<3>(6 * k + 3);
+  }
+}
+
 void LocalDynamics::hand_over(const LocalModel& model) noexcept {
-  const Layout before{.pointers = model_.pointers, .ports = model_.ports, .body = model_.body};
+  const Layout before = layout();
   model_ = model;
   has_model_ = true;
   account_physics(before);
   take_ports(before);
   way_.setZero(model_.rows());
-  speed_.setZero(model_.rows());
+  keep_speeds(before);
   pull_.setZero(model_.rows());
   wrench_.setZero(model_.rows());
   impulses_.setZero(3 * model_.contacts);
@@ -101,6 +131,24 @@ dynamics::BodyVelocity LocalDynamics::velocity(int port) const noexcept {
   const Vector3d spin(model_.velocity.data() + 6 * port);
   const Vector3d linear(model_.velocity.data() + 6 * port + 3);
   return {.angular = spin + speed_.segment<3>(6 * port), .linear = linear + speed_.segment<3>(6 * port + 3)};
+}
+
+LocalTouch LocalDynamics::touched(int pointer) const noexcept {
+  LocalTouch touch;
+  const ConstMatrix jacobian(model_.contact_jacobian.data(), model_.rows(), 3 * model_.contacts);
+  double hardest = 0.0;
+  for (int i = 0; i < model_.contacts; ++i) {
+    const auto& [a, b, friction, gap, normal, to_a, to_b] = model_.contact[i];
+    const double pressure = impulses_[3 * i];
+    if ((a != pointer && b != pointer) || !(pressure > 0.0)) continue;
+    touch.contact = true;
+    touch.force += jacobian.block<3, 3>(6 * pointer + 3, 3 * i) * impulses_.segment<3>(3 * i) / model_.tick;
+    const int other = a == pointer ? b : a;
+    if (other < 0 || pressure <= hardest) continue;
+    hardest = pressure;
+    touch.body = model_.body[other];
+  }
+  return touch;
 }
 
 /// f_0, [torque; force].
@@ -277,7 +325,8 @@ std::span<const PortLoad> LocalDynamics::end_interval() noexcept {
     Vector6& mean = intervals_[k].mean;
     mean *= share;
     if (model_.own[k] || (k >= model_.pointers && mean.isZero(0.0))) continue;
-    means_[count++] = {.port = {.body = model_.body[k], .point = Vector3d(model_.point.data() + 3 * k)},
+    means_[count++] = {.pointer = k < model_.pointers ? model_.pointer[k] : -1,
+                       .port = {.body = model_.body[k], .point = Vector3d(model_.point.data() + 3 * k)},
                        .wrench = {.force = mean.tail<3>(), .torque = mean.head<3>()}};
   }
   ticks_ = 0;

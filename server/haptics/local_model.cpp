@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 namespace layfigure::haptics {
@@ -37,7 +39,7 @@ void store(const MatrixXd& matrix, std::array<double, kSize>& place) {
 void PortLoads::set(const dynamics::Model& model, const dynamics::State& state, std::span<const PortLoad> loads) {
   count_ = static_cast<int>(std::min<std::size_t>(loads.size(), kMostPorts));
   for (int k = 0; k < count_; ++k) {
-    const auto& [port, wrench] = loads[k];
+    const auto& [pointer, port, wrench] = loads[k];
     Eigen::Quaterniond rotation = state.bodies[port.body].rotation;
     for (int i = model.body(port.body).parent; i >= 0; i = model.body(i).parent) {
       rotation = state.bodies[i].rotation * rotation;
@@ -70,6 +72,7 @@ struct LocalModeler::Data {
   explicit Data(const dynamics::Model& m) : model(m), response(m) {}
 
   void choose(const TrialStep& trial, std::span<const PointerPort> pointers, LocalModel& result);
+  void order_contacts(const TrialStep& trial);
   [[nodiscard]] int port_of(int body) const;
   void place_ports(std::span<const PointerPort> pointers, LocalModel& result) const;
   void place_contacts(const TrialStep& trial, LocalModel& result);
@@ -81,7 +84,10 @@ struct LocalModeler::Data {
   const dynamics::Model& model;
   dynamics::PortResponse response;
   std::vector<Port> ports;
-  std::vector<int> local;  ///< contacts that the ticks solve
+  std::vector<int> order;  ///< of the trial's contacts
+  std::vector<int> local;  ///< those that the ticks solve
+  std::vector<double> gaps;
+  std::vector<dynamics::BodyPose> poses;
   Eigen::LLT<MatrixXd> cholesky;
   MatrixXd inertial, damped, whole;  ///< A_M^-1, A_D^-1, A^-1
   MatrixXd compliant, damping, spring, implicit, inverse;
@@ -94,6 +100,22 @@ int LocalModeler::Data::port_of(int body) const {
     if (ports[k].body == body) return static_cast<int>(k);
   }
   return -1;
+}
+
+/// As they come; where there are too many, the nearest first.
+void LocalModeler::Data::order_contacts(const TrialStep& trial) {
+  order.resize(trial.contacts.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (order.size() <= kMostContacts) return;
+  dynamics::world_poses(model, trial.before, poses);
+  const auto place = [&](int body, const Vector3d& point) -> Vector3d {
+    return body == kWorld ? point : poses[body].origin + poses[body].rotation * point;
+  };
+  gaps.clear();
+  for (const Contact& contact : trial.contacts) {
+    gaps.push_back(contact.normal.dot(place(contact.body_a, contact.point_a) - place(contact.body_b, contact.point_b)));
+  }
+  std::sort(order.begin(), order.end(), [this](int a, int b) { return std::pair(gaps[a], a) < std::pair(gaps[b], b); });
 }
 
 /// The ports, and which contacts are between them.
@@ -112,14 +134,15 @@ void LocalModeler::Data::choose(const TrialStep& trial, std::span<const PointerP
   }
   // What is loaded is a port even where nothing is near to it any more: the loads are taken out of the drift.
   for (const PortLoad& load : trial.loads) (void)add(load.port);
-  for (std::size_t i = 0; i < trial.contacts.size(); ++i) {
+  order_contacts(trial);
+  for (const int i : order) {
     const Contact& contact = trial.contacts[i];
     bool fits = local.size() < kMostContacts;
     for (const int body : {contact.body_a, contact.body_b}) {
       if (body != kWorld) fits = fits && add({.body = body, .point = model.body(body).com});
     }
     if (fits) {
-      local.push_back(static_cast<int>(i));
+      local.push_back(i);
     } else {
       ++result.left_out;
     }
@@ -133,7 +156,10 @@ void LocalModeler::Data::place_ports(std::span<const PointerPort> pointers, Loca
   for (int k = 0; k < result.ports; ++k) {
     result.body[k] = ports[k].body;
     const bool held = k < result.pointers;
-    if (held) result.gains[k] = pointers[k].gains;
+    if (held) {
+      result.gains[k] = pointers[k].gains;
+      result.pointer[k] = pointers[k].pointer;
+    }
     const Eigen::Quaterniond frame =
         held ? Eigen::Quaterniond(response.rotation(k) * pointers[k].orientation) : response.rotation(k);
     std::copy_n(ports[k].point.data(), 3, result.point.begin() + 3 * k);
@@ -207,7 +233,7 @@ void LocalModeler::Data::find_inverses() {
 /// A^-1 b: what acts without the loads.
 void LocalModeler::Data::find_drift(const TrialStep& trial, LocalModel& result) {
   drift.noalias() = whole * response.acceleration();
-  for (const auto& [port, wrench] : trial.loads) {
+  for (const auto& [pointer, port, wrench] : trial.loads) {
     for (int k = 0; k < result.ports; ++k) {
       if (ports[k].body != port.body || ports[k].point != port.point) continue;
       drift.segment<3>(6 * k) -= wrench.torque;

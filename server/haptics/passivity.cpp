@@ -63,6 +63,11 @@ void Passivity::tick(double T, std::span<PassivityPort> ports) noexcept {
   }
 }
 
+void Passivity::hold(int pointer, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) noexcept {
+  held_[pointer].force = force;
+  held_[pointer].torque = torque;
+}
+
 void Passivity::grant(int pointer, double energy) noexcept {
   ledgers_[pointer].credit += energy;
   together_.credit += energy;

@@ -3,8 +3,6 @@
 #include <cassert>
 #include <utility>
 
-#include "layfigure/math/rotation.h"
-
 namespace layfigure::haptics {
 
 void Pointer::receive(const PointerPose& hand) {
@@ -18,10 +16,7 @@ void Pointer::receive(const PointerPose& hand) {
 void Pointer::glide(std::int64_t steps) { glide_.start(pose_, newest_, steps); }
 
 void Pointer::follow(double h) {
-  const double share = h / (h + kVelocitySmoothing);
-  velocity_ += share * ((newest_.position - pose_.position) / h - velocity_);
-  const Eigen::Vector3d turn = math::log_rotation(newest_.rotation * pose_.rotation.conjugate());
-  angular_velocity_ += share * (turn / h - angular_velocity_);
+  rate_.follow(pose_, newest_, h);
   pose_ = newest_;
   glide_.stop();
 }
@@ -68,8 +63,7 @@ void Pointer::set_fingertip_body(int body) {
 void Pointer::detach() {
   grip_.reset();
   fingertip_.reset();
-  velocity_.setZero();
-  angular_velocity_.setZero();
+  rate_ = {};
   pose_ = newest_;
 }
 
@@ -78,8 +72,8 @@ const dynamics::Coupling& Pointer::aim(double h) {
   dynamics::Coupling& coupling = grip_->coupling;
   coupling.target_position = pose_.position + grip_->position_offset;
   coupling.target_rotation = pose_.rotation * grip_->rotation_offset;
-  coupling.target_velocity = velocity_ + glide_.velocity(h);
-  coupling.target_angular_velocity = angular_velocity_ + glide_.angular_velocity(h);
+  coupling.target_velocity = rate_.linear + glide_.velocity(h);
+  coupling.target_angular_velocity = rate_.angular + glide_.angular_velocity(h);
   return coupling;
 }
 

@@ -21,12 +21,6 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr double kLeastRate = 1.0;
 constexpr double kMostRate = 100'000.0;
 
-std::int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kSecond + now.tv_nsec;
-}
-
 void sleep_until(std::int64_t ns) noexcept {
   const timespec until{.tv_sec = ns / kSecond, .tv_nsec = ns % kSecond};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
@@ -40,6 +34,12 @@ bool may_lock_all() noexcept {
 }
 
 }  // namespace
+
+std::int64_t now_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kSecond + now.tv_nsec;
+}
 
 RealtimeGrant request_realtime(int priority) {
   RealtimeGrant grant;

@@ -10,8 +10,10 @@ namespace layfigure::bench {
 namespace {
 
 const HapticsEffort kWhole{.contacts = 1'000'000,
-                           .wrenches = 10'000'000,
+                           .wrenches = 100'000'000,
                            .rest = 3600.0,
+                           .pinch = 600.0,
+                           .play = 600.0,
                            .rung = 1.1,
                            .dampings = {0.0, 1.0, 2.0, 4.0, 7.0, 10.0},
                            .frequencies = {0.5, 1.0, 2.0, 4.0, 7.0, 10.0},
@@ -19,6 +21,8 @@ const HapticsEffort kWhole{.contacts = 1'000'000,
 const HapticsEffort kQuick{.contacts = 1000,
                            .wrenches = 10'000,
                            .rest = 10.0,
+                           .pinch = 5.0,
+                           .play = 10.0,
                            .rung = 1.5,
                            .dampings = {1.0},
                            .frequencies = {4.0},
@@ -48,6 +52,8 @@ void haptics(const HapticsOptions& options) {
   tell_energy(effort, figures);
   tell_felt(effort, figures);
   tell_rest(effort, figures);
+  tell_pinch(effort, figures);
+  tell_play(effort, figures);
   tell_tick_times(effort, figures);
   print(figures, options.json);
 }

@@ -13,6 +13,8 @@ struct HapticsEffort {
   long contacts;                    ///< random contacts whose energy is added up
   long wrenches;                    ///< random wrenches that are asked of the device
   double rest;                      ///< for how long a pose is left alone [s]
+  double pinch;                     ///< for how long a limb is pinched [s]
+  double play;                      ///< for how long two hands play with a doll at random [s]
   double rung;                      ///< ratio of a stiffness to the one tried before it
   std::vector<double> dampings;     ///< of walls [N s/m]
   std::vector<double> frequencies;  ///< at which the doll is felt [Hz]
@@ -32,6 +34,8 @@ void tell_device(const HapticsEffort& effort, std::vector<Figure>& figures);
 void tell_energy(const HapticsEffort& effort, std::vector<Figure>& figures);
 void tell_felt(const HapticsEffort& effort, std::vector<Figure>& figures);
 void tell_rest(const HapticsEffort& effort, std::vector<Figure>& figures);
+void tell_pinch(const HapticsEffort& effort, std::vector<Figure>& figures);
+void tell_play(const HapticsEffort& effort, std::vector<Figure>& figures);
 void tell_tick_times(const HapticsEffort& effort, std::vector<Figure>& figures);
 
 }  // namespace layfigure::bench

@@ -91,6 +91,8 @@ def test_golden_status_decodes_to_its_values() -> None:
     assert (status.state, status.steps, status.realtime_factor, status.dropped_messages) == ("failed", 11, 100.25, 6)
     (device,) = status.devices
     assert (device.pointer, device.state, device.faults, device.share) == (1, "silent", 2, 0.25)
+    assert (device.energy, device.haptic_hz, device.haptic_rate, device.late_ticks) == (0.125, 4000.0, 3999.5, 3)
+    assert (device.tick_us_p50, device.tick_us_p99, device.tick_us_max, device.realtime) == (8.0, 16.0, 64.0, True)
 
 
 def test_golden_spidar_command_decodes_to_its_values() -> None:

@@ -279,6 +279,21 @@ def test_play_scale_and_clutch_are_undone_at_the_end(bus: Bus, server: ScriptedS
     assert "base" in settings[-1]
 
 
+@pytest.mark.parametrize("action", [Scale(2.0), Clutch(True)])
+def test_play_scale_or_clutch_of_a_devices_pointer_is_refused(bus: Bus, server: ScriptedServer, action: Action) -> None:
+    server.devices = {0: "SPIDAR-G6X3 (simulated)"}
+    with pytest.raises(LayfigureError, match=r"pointer 0 is moved by a device, SPIDAR-G6X3 \(simulated\)"):
+        play(bus, server, session(Grab("LeftHand"), action, Release()))
+    assert not any({"scale", "clutch", "base"} & settings.keys() for settings in sent(server, "set"))
+    assert server.command_names().count("release") == 1, "the hand lets go"
+
+
+def test_play_scale_of_another_pointer_than_the_devices_is_set(bus: Bus, server: ScriptedServer) -> None:
+    server.devices = {1: "SPIDAR-G6X3 (simulated)"}
+    play(bus, server, session(Scale(2.0), Grab("LeftHand"), Release()))
+    assert (2.0,) in [settings.get("scale") for settings in sent(server, "set")]
+
+
 def test_play_failure_puts_both_fingertips_away(bus: Bus, server: ScriptedServer) -> None:
     server.refusals["key"] = "no"
     pinch = Pinch("LeftHand", 2, (0.0, 1.0, 0.0), width=0.1, close=0.04, duration_s=0.1)

@@ -111,7 +111,8 @@ HeldScene held_doll(int hands, const haptics::CouplingGains& gains) {
   held.definition.model = load_scene(LAYFIGURE_TEST_DATA "/scenes/doll-52.json").definition;
   for (dynamics::BodyDefinition& body : held.definition.model.bodies) body.rest_rotation = body.rotation;
   for (int k = 0; k < hands; ++k) {
-    held.pointers.push_back({.port = {.body = kForearms[k], .point = {0.01, kWrist[k], 0.0}},
+    held.pointers.push_back({.pointer = k,
+                             .port = {.body = kForearms[k], .point = {0.01, kWrist[k], 0.0}},
                              .orientation = Eigen::Quaterniond::Identity(),
                              .gains = gains,
                              .touches = false});

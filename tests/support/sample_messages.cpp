@@ -239,6 +239,14 @@ status_t sample_status() {
   device.share = 0.25;
   device.reach = 0.5;
   device.turn = 0.75;
+  device.energy = 0.125;
+  device.haptic_hz = 4000.0;
+  device.haptic_rate = 3999.5;
+  device.late_ticks = 3;
+  device.tick_us_p50 = 8.0;
+  device.tick_us_p99 = 16.0;
+  device.tick_us_max = 64.0;
+  device.realtime = 1;
   message.devices = {device};
   message.device_count = 1;
   message.dropped_messages = 6;

@@ -161,7 +161,8 @@ def decode_status(data: bytes) -> Status:
 
 
 def _device(raw: Any) -> Device:
-    return Device(**{name: getattr(raw, name) for name in Device.__dataclass_fields__})
+    fields = {name: getattr(raw, name) for name in Device.__dataclass_fields__}
+    return Device(**(fields | {"realtime": bool(raw.realtime)}))
 
 
 def decode_reply(data: bytes) -> Reply:

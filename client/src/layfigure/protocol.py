@@ -124,6 +124,14 @@ class Device:
     share: float  # of the force that is let through, 0 to 1
     reach: float  # 0 middle of its workspace .. 1 border
     turn: float  # likewise, of its rotation
+    energy: float  # that its hand has put in, J
+    haptic_hz: float  # at which it is to be served, in simulation time
+    haptic_rate: float  # reached over the last second or two
+    late_ticks: int
+    tick_us_p50: float
+    tick_us_p99: float
+    tick_us_max: float
+    realtime: bool  # its ticks are scheduled in real time
 
 
 @dataclass(frozen=True)

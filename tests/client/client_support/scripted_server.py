@@ -41,6 +41,7 @@ class ScriptedServer:
         self.commands: list = []  # every command_t that came, repeated ones too
         self.pointers: list = []  # every pointer_t that came
         self.refusals: dict[str, str] = {}  # by command: the reason
+        self.devices: dict[int, str] = {}  # by their pointers: names of what moves these
         self.unanswered = 0  # so many commands are left without a reply
         self.lost_chunks: set[int] = set()  # sent only when asked for by number
         self._stop = threading.Event()
@@ -70,6 +71,8 @@ class ScriptedServer:
 
     def publish_status(self, state: str = "running") -> None:
         message = synthetic.status_message(state, self.server_id, self.clock)
+        message.devices = [synthetic.device_message(pointer, name) for pointer, name in self.devices.items()]
+        message.device_count = len(message.devices)
         self.bus.publish(STATUS_CHANNEL, message.encode())
 
     def publish_character(self) -> None:

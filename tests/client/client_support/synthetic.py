@@ -208,3 +208,12 @@ def status_message(state: str = "running", server_id: int = SERVER_ID, clock: st
     message.clock = clock
     message.realtime_factor = 12.5
     return message
+
+
+def device_message(pointer: int, name: str):
+    message = messages.device_t()
+    message.name = name
+    message.pointer = pointer
+    message.state = "ok"
+    message.share = 1.0
+    return message

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "allocation_count.h"
+#include "fake_device.h"
 #include "layfigure/device/open.h"
 #include "layfigure/device/simulated_spidar.h"
 #include "small_doll.h"
@@ -15,40 +16,17 @@
 namespace layfigure::haptics {
 namespace {
 
+using testing::FakeDriver;
+
 constexpr double kStep = 1e-3;        // [s]
 constexpr double kSafeWithin = 0.01;  // [s] of a fault to no force
 const int kTip = 3;                   // the bone at the end of the small doll's arm
 
-/// A device whose readings a test sets.
-class FakeDriver : public device::Driver {
- public:
-  FakeDriver() {
-    info_.name = "fake";
-    info_.max_force = 10.0;
-    info_.max_torque = 1.0;
-    info_.reach = 0.1;
-    reading.status = device::Reading::Status::kOk;
-  }
-  [[nodiscard]] const device::Info& info() const noexcept override { return info_; }
-  [[nodiscard]] device::Reading read(double) noexcept override { return reading; }
-  void write(const device::Wrench& wrench) noexcept override { told = wrench; }
-  [[nodiscard]] device::Wrench exerted() const noexcept override { return told; }
-  void close() noexcept override { told = {}; }
-
-  device::Reading reading;
-  device::Wrench told;
-
- private:
-  device::Info info_;
-};
-
 /// The small doll with a device at pointer 0.
 struct Rig {
-  explicit Rig(std::unique_ptr<device::Driver> driver) : hands(testing::small_doll(), kStep) {
-    this->driver = driver.get();
-    std::vector<device::Device> opened;
-    opened.emplace_back(std::move(driver));
-    devices = DeviceHands(std::move(opened));
+  explicit Rig(std::unique_ptr<device::Driver> opened) : hands(testing::small_doll(), kStep) {
+    driver = opened.get();
+    devices = DeviceHands(testing::one_device(std::move(opened)));
     devices.place_around(hands);
   }
 
@@ -96,7 +74,7 @@ void pull_up(Rig& rig, double way) {
 
 TEST(DeviceHands, AtFirst_ReachCoversTheDoll) {
   const Rig rig = spidar_rig();
-  const double reach = rig.devices.device(0).info().reach;
+  const double reach = rig.devices.info(0).reach;
   // The doll is 0.6 m long, along x.
   EXPECT_NEAR(rig.pointer().map().scale() * reach, 0.3, 0.05);
 }
@@ -124,13 +102,13 @@ TEST(DeviceHands, TwoDevices_StandSideBySideLeftFirst) {
 TEST(DeviceHands, GuidedWithoutATool_PointerIsThereAtOnceAndTheGripStays) {
   Rig rig = spidar_rig();
   rig.pass(0.1);
-  const Eigen::Vector3d grip = rig.devices.reading(0).position;
+  const Eigen::Vector3d grip = rig.devices.seen(0).reading.position;
   const Eigen::Vector3d goal(0.5, 0.1, 1.0);
   rig.devices.guide(0, {.position = goal}, rig.hands);
   EXPECT_EQ(rig.pointer().pose().position, goal);
   rig.pass(0.1);
   EXPECT_LT((rig.pointer().pose().position - goal).norm(), 1e-3);
-  EXPECT_LT((rig.devices.reading(0).position - grip).norm(), 1e-4);
+  EXPECT_LT((rig.devices.seen(0).reading.position - grip).norm(), 1e-4);
 }
 
 TEST(DeviceHands, SimulatedHandPulls_DollFollowsAndTheHandFeelsIt) {
@@ -152,7 +130,7 @@ TEST(DeviceHands, SameCalls_SameBits) {
   pull_up(a, 0.02);
   pull_up(b, 0.02);
   EXPECT_EQ(a.tip(), b.tip());
-  EXPECT_EQ(a.devices.reading(0).position, b.devices.reading(0).position);
+  EXPECT_EQ(a.devices.seen(0).reading.position, b.devices.seen(0).reading.position);
 }
 
 TEST(DeviceHands, PowerScale_ScalesForceAndTorqueAlike) {
@@ -176,10 +154,10 @@ TEST_P(FaultyDevice, WhileItPulls_NoForceWithinTenMillisecondsAndAValidDoll) {
   double since_noticed = 0.0;
   for (int n = 0; n < 500 && since_noticed <= kSafeWithin; ++n) {
     rig.step();
-    if (rig.devices.device(0).report().fault != device::Fault::kNone) since_noticed += kStep;
+    if (rig.devices.seen(0).report.fault != device::Fault::kNone) since_noticed += kStep;
   }
   ASSERT_GT(since_noticed, kSafeWithin);
-  EXPECT_EQ(rig.devices.device(0).report().share, 0.0);
+  EXPECT_EQ(rig.devices.seen(0).report.share, 0.0);
   rig.pass(0.5);
   EXPECT_TRUE(rig.tip().allFinite());
 }
@@ -196,7 +174,7 @@ TEST(DeviceHands, PoseIsNotFinite_PointerStays) {
   rig.pass(0.05);
   EXPECT_EQ(rig.pointer().pose().position, before);
   EXPECT_TRUE(fake.told.is_zero());
-  EXPECT_EQ(rig.devices.device(0).report().fault, device::Fault::kNotFinite);
+  EXPECT_EQ(rig.devices.seen(0).report.fault, device::Fault::kNotFinite);
 }
 
 TEST(DeviceHands, SqueezeNearTheSkin_GrabsAndOpeningLetsGo) {

@@ -1,5 +1,7 @@
 #include "pinch.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "pinched_doll.h"
@@ -7,6 +9,7 @@
 namespace layfigure::haptics {
 namespace {
 
+constexpr double kGravity = 9.81;    // [m/s^2]
 constexpr double kClearance = 1e-3;  // [m] between limb and fingertip at the start
 
 double side_of(int id) { return id == 0 ? 1.0 : -1.0; }
@@ -40,6 +43,51 @@ void Pinch::glide_to(double squeeze, int steps, const Eigen::Vector3d& shift) {
 }
 
 double Pinch::pressure(int id) const { return -side_of(id) * hands_.pointers().at(id).grip()->force.force.y(); }
+
+double pinch_drift(double duration, double off_center, double tremor) {
+  Hands hands(testing::pinched_limb(off_center), kStep);
+  Pinch pinch(hands, {0, 0, 1});
+  constexpr double kSqueeze = 0.01;
+  pinch.glide_to(kSqueeze, 20);
+  run(hands, 1000);
+  const Eigen::Vector3d before[] = {fingertip_in_body(hands, 0, 0), fingertip_in_body(hands, 1, 0)};
+  constexpr int kInterval = 10;  // [steps] between the hands' poses
+  for (int k = 0; kInterval * kStep * k < duration; ++k) {
+    const double t = kInterval * kStep * k;
+    const Eigen::Vector3d shift = tremor * Eigen::Vector3d(std::sin(55.0 * t), 0, std::cos(63.0 * t));
+    pinch.glide_to(kSqueeze + tremor * std::sin(70.0 * t), kInterval, shift);
+    run(hands, kInterval);
+  }
+  pinch.glide_to(kSqueeze, kInterval);
+  run(hands, 1000);
+  double drift = 0.0;
+  for (const int id : {0, 1}) drift = std::max(drift, (fingertip_in_body(hands, id, 0) - before[id]).norm());
+  return drift;
+}
+
+double slip_pressure(double friction) {
+  // With a shape of friction 0.5; each finger carries half.
+  return 0.5 * testing::kLimbMass * kGravity / std::sqrt(0.5 * friction);
+}
+
+double pressure_at_slip(double friction) {
+  Hands hands(testing::pinched_limb(), kStep);
+  const FingertipDefinition fingertip{.friction = friction};
+  Pinch pinch(hands, {0, 0, 1}, fingertip);
+  double squeeze = 1.5 * slip_pressure(friction) / kPinchStiffness;
+  pinch.glide_to(squeeze, 20);
+  run(hands, 1000);
+  const double before = fingertip_in_body(hands, 0, 0).z();
+  constexpr double kOpening = 1e-7;  // [m] in a step: 0.1 N/s
+  constexpr double kSlid = 5e-4;     // [m]; before it slips the pad rolls by a tenth of this
+  constexpr int kInterval = 10;
+  while (squeeze > 0.0 && fingertip_in_body(hands, 0, 0).z() - before < kSlid) {
+    squeeze -= kInterval * kOpening;
+    pinch.glide_to(squeeze, kInterval);
+    run(hands, kInterval);
+  }
+  return pinch.pressure(0);
+}
 
 Eigen::Vector3d fingertip_in_body(const Hands& hands, int pointer, int body) {
   std::vector<dynamics::BodyPose> poses;

@@ -35,4 +35,13 @@ class Pinch {
 /// Where the fingertip is in the frame of body `body`.
 [[nodiscard]] Eigen::Vector3d fingertip_in_body(const Hands& hands, int pointer, int body);
 
+/// How far the fingertips have slid on a limb [m] that was pinched for so long [s], its com off by `off_center` [m], in
+/// hands that tremble by `tremor` [m]: these never let the scene rest.
+[[nodiscard]] double pinch_drift(double duration, double off_center, double tremor);
+
+/// The pressure [N] at which a limb slides out of fingers of a coefficient of friction that open slowly; by Coulomb's
+/// law it is slip_pressure().
+[[nodiscard]] double pressure_at_slip(double friction);
+[[nodiscard]] double slip_pressure(double friction);
+
 }  // namespace layfigure::haptics

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "pinch.h"
 #include "pinched_doll.h"
@@ -9,7 +10,6 @@ namespace layfigure::haptics {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr Eigen::Index kZ = 2;
 const Eigen::Vector3d kMiddle(0, 0, 1);
 const double kMu = std::sqrt(kFingertipFriction * 0.5);  // with a shape of friction 0.5
 constexpr double kCone = 0.02;                           // what the slip threshold may be off by
@@ -44,29 +44,9 @@ TEST(Pinch, Lifted_TakesTheLimbAlong) {
   EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-4);
 }
 
-/// The pressure at which the limb slides out of fingers that open slowly.
-double pressure_at_slip(double friction) {
-  Hands hands(testing::pinched_limb(), kStep);
-  const FingertipDefinition fingertip{.friction = friction};
-  Pinch pinch(hands, kMiddle, fingertip);
-  double squeeze = 1.5 * 0.5 * testing::kLimbMass * kGravity / (std::sqrt(0.5 * friction) * kPinchStiffness);
-  pinch.glide_to(squeeze, 20);
-  run(hands, 1000);
-  const double before = fingertip_in_body(hands, 0, 0)[kZ];
-  constexpr double kOpening = 1e-7;  // [m] in a step: 0.1 N/s
-  constexpr double kSlid = 5e-4;     // [m]; before it slips the pad rolls by a tenth of this
-  constexpr int kInterval = 10;
-  while (squeeze > 0.0 && fingertip_in_body(hands, 0, 0)[kZ] - before < kSlid) {
-    squeeze -= kInterval * kOpening;
-    pinch.glide_to(squeeze, kInterval);
-    run(hands, kInterval);
-  }
-  return pinch.pressure(0);
-}
-
 TEST(Pinch, OpenedSlowly_SlipsAtTheCone) {
   for (const double friction : {0.5, 1.0, 2.0}) {
-    const double expected = 0.5 * testing::kLimbMass * kGravity / std::sqrt(0.5 * friction);
+    const double expected = slip_pressure(friction);
     EXPECT_NEAR(pressure_at_slip(friction), expected, kCone * expected) << friction;
   }
 }
@@ -108,6 +88,33 @@ TEST(Pinch, HandsThatTremble_DoNotLetItCreep) {
   pinch.glide_to(0.01, 10);
   run(hands, 1000);
   EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), 1e-6);
+}
+
+TEST(Pinch, HandsThatTurnAboutThePinchsAxis_DoNotLetItCreep) {
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, kMiddle);
+  constexpr double kSqueeze = 0.01;
+  constexpr double kTurn = 0.35;       // [rad], once a second
+  constexpr double kMostCreep = 1e-5;  // [m] in four seconds
+  pinch.glide_to(kSqueeze, 20);
+  run(hands, 1000);
+  const double away = testing::kLimbRadius + kFingertipRadius - kSqueeze;
+  const auto turn_once = [&] {
+    for (int k = 1; k <= 100; ++k) {
+      const double angle = kTurn * std::sin(2.0 * std::numbers::pi * k / 100.0);
+      const Eigen::Quaterniond rotation(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
+      for (const int id : {0, 1}) {
+        const double side = id == 0 ? 1.0 : -1.0;
+        hands.receive(id, {.position = kMiddle + side * away * Eigen::Vector3d::UnitY(), .rotation = rotation});
+      }
+      hands.glide(10);
+      run(hands, 10);
+    }
+  };
+  turn_once();  // the pads settle
+  const Eigen::Vector3d before = fingertip_in_body(hands, 0, 0);
+  for (int second = 0; second < 4; ++second) turn_once();
+  EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), kMostCreep);
 }
 
 TEST(Pinch, LeftAlone_RestsAndDoesNotMove) {

@@ -20,6 +20,7 @@ struct ServerSettings {
   std::optional<std::uint16_t> broker_port;  ///< serve LCM's tcpq on 127.0.0.1 here; 0: any free port
   std::string channel_prefix;
   std::vector<std::string> devices;                   ///< kinds (device/open.h), at most messaging::kMaxPointers
+  haptics::PassivityOptions passivity;                ///< of the devices
   std::vector<std::filesystem::path> device_configs;  ///< none, one for all devices, or one for each
   std::filesystem::path character;                    ///< the file that the doll was made of
   std::optional<std::filesystem::path> log;           ///< write an event log of the session here

@@ -35,6 +35,7 @@ enum class ClockKind {
 
 struct SimulationSettings {
   double physics_hz{1000.0};  ///< steps per second of simulation time, > 0
+  int haptic_ticks{1};        ///< of the devices in each step, > 0; 1: they are a part of the step
   double pose_hz{60.0};       ///< poses per second of simulation time, in (0, physics_hz]
   ClockKind clock{ClockKind::kRealtime};
 };
@@ -141,6 +142,12 @@ class Simulation {
   PutBack mirror(session::MirrorSide side, const std::string& label);
   /// The doll as it was kept. Throws what haptics::Hands::recall() throws.
   PutBack put_back(const haptics::DollMemory& memory, const std::string& label);
+
+  /// With the realtime clock: the devices' ticks, where there are more than one in a step, run on a thread of their own
+  /// from now on.
+  void start_haptic_thread();
+  /// Whether advance() may be called: not while that thread is at the ticks before the step.
+  [[nodiscard]] bool ready() const { return devices_.ready(); }
 
   /// One step. False if it failed, see failure(); the state is then the last good one, and devices push no more.
   bool advance();

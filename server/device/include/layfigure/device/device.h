@@ -59,6 +59,8 @@ class Device {
   /// Exerts `wanted` on the hand as far as it is safe. Returns what is exerted. To be called at each tick: without it
   /// the guard notices nothing.
   Wrench write(double time, const Wrench& wanted) noexcept;
+  /// See Guard::fail(); before write().
+  void fail(Fault fault) noexcept { guard_.fail(fault); }
   void close() noexcept;
   void aim(const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) noexcept;
 

@@ -18,6 +18,7 @@ enum class Fault {
   kJump,        ///< the pose is further from the last than any hand moves
   kBadWrench,   ///< the wrench asked for is not finite
   kLate,        ///< the tick came too late
+  kStalled,     ///< whoever computes the wrench has not heard of the doll for too long
   kClosed,      ///< for good
 };
 
@@ -68,6 +69,9 @@ class Guard {
 
   /// What to exert.
   [[nodiscard]] Wrench limit(double time, const Wrench& wanted) noexcept;
+
+  /// A fault that only the caller knows of, now; it lasts as long as this is called.
+  void fail(Fault fault) noexcept { trip(fault, now_); }
 
   /// No force from now on; the next limit() says so.
   void close() noexcept;

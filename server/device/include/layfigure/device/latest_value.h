@@ -7,15 +7,20 @@
 
 namespace layfigure::device {
 
+/// What a LatestValue may carry: plain data, or a type that says by `static constexpr bool kCopiesPlainly = true` that
+/// its copies allocate, lock and throw nothing, as those of vectors of fixed size do.
+template <class T>
+concept PlainValue = std::is_trivially_copyable_v<T> || requires {
+  requires T::kCopiesPlainly;
+};
+
 /// Hands the newest value from one thread to another, without waiting on either side: what was not read in time is
 /// overwritten. Three places take turns: the writer has one, the reader one, and the third is exchanged, a bit of it
-/// telling whether it holds something new. Each call is one atomic exchange and one copy.
+/// telling whether it holds something new. A call is one atomic exchange and, but for take(), one copy.
 ///
 /// One thread writes, one reads. Allocates nothing.
-template <class T>
+template <PlainValue T>
 class LatestValue {
-  static_assert(std::is_trivially_copyable_v<T>, "a value must be plain data: it is copied while nobody looks");
-
  public:
   LatestValue() = default;
   LatestValue(const LatestValue&) = delete;
@@ -29,11 +34,21 @@ class LatestValue {
 
   /// The reader's: the newest value; false, and `value` as it was, where there is none since the last call.
   [[nodiscard]] bool read(T& value) noexcept {
-    if ((shared_.load(std::memory_order_relaxed) & kNew) == 0) return false;
-    theirs_ = shared_.exchange(theirs_, std::memory_order_acq_rel) & kPlace;
-    value = places_[theirs_];
+    const T* newest = take();
+    if (newest == nullptr) return false;
+    value = *newest;
     return true;
   }
+
+  /// The same without a copy: the newest value, which stays until the next call; null where there is none.
+  [[nodiscard]] const T* take() noexcept {
+    if (!has_new()) return nullptr;
+    theirs_ = shared_.exchange(theirs_, std::memory_order_acq_rel) & kPlace;
+    return &places_[theirs_];
+  }
+
+  /// Whether the reader would find something.
+  [[nodiscard]] bool has_new() const noexcept { return (shared_.load(std::memory_order_relaxed) & kNew) != 0; }
 
  private:
   static constexpr std::uint8_t kNew = 4;

@@ -11,11 +11,11 @@ namespace layfigure::device {
 
 /// What --device and --device-config name.
 struct OpenSettings {
-  std::string kind;              ///< see open_driver()
-  std::filesystem::path config;  ///< empty: none
-  int index{0};                  ///< of how many devices were opened before
-  std::string bus_url;           ///< of LCM, for "lcm"
-  std::string channel_prefix;    ///< likewise
+  std::string kind;                ///< see open_driver()
+  std::filesystem::path config{};  ///< empty: none
+  int index{0};                    ///< of how many devices were opened before
+  std::string bus_url{};           ///< of LCM, for "lcm"
+  std::string channel_prefix{};    ///< likewise
 };
 
 /// Opens a device:

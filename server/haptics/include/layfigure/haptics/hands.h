@@ -13,6 +13,8 @@
 #include "layfigure/dynamics/state.h"
 #include "layfigure/dynamics/step.h"
 #include "layfigure/haptics/doll_memory.h"
+#include "layfigure/haptics/haptic_loop.h"
+#include "layfigure/haptics/local_model.h"
 #include "layfigure/haptics/pins.h"
 #include "layfigure/haptics/pointer.h"
 #include "layfigure/haptics/pose_drives.h"
@@ -60,6 +62,7 @@ class Hands {
   Hands(doll::Doll doll, double step);
 
   [[nodiscard]] const doll::Doll& doll() const { return doll_; }
+  [[nodiscard]] double step_length() const { return h_; }
   /// The doll's bodies first; then the fingertips that are out.
   [[nodiscard]] const dynamics::Model& model() const { return touch_.model(); }
   [[nodiscard]] const dynamics::State& state() const { return touch_.state(); }
@@ -162,6 +165,15 @@ class Hands {
   /// The pointers that have a tool out.
   [[nodiscard]] std::vector<int> busy_pointers() const;
 
+  /// Pointers 0 to `count` - 1, at most kMostPointers, are those of devices that are served at the haptic rate: the
+  /// steps leave their tools to local dynamics (haptic_loop.h), whose wrenches take() brings. A fingertip that a magnet
+  /// holds is held by the step, and its coupling alone is local.
+  void serve(int count);
+  /// What the served tools did until now: acts in the next step.
+  void take(const HapticReport& report);
+  /// The local model of the step to come: makes a trial step. False where there is none, see LocalModeler::make().
+  [[nodiscard]] bool make_local_model(double tick, LocalModel& model);
+
   /// One step. What it reports as not kOk has left the state as it was.
   [[nodiscard]] dynamics::StepReport step();
 
@@ -171,6 +183,13 @@ class Hands {
   [[nodiscard]] int bone_of(int body) const;
 
  private:
+  /// The fingertips' weight, and what acts on ports.
+  struct StepLoads : dynamics::Loads {
+    void add(double time, std::span<dynamics::BodyForce> forces) const override;
+    const dynamics::Loads* weights{nullptr};
+    PortLoads ports;
+  };
+
   void pin_roots();
   void adopt(dynamics::ModelDefinition definition);
   void put_tools_away();
@@ -181,11 +200,19 @@ class Hands {
   void observe_contacts();
   void form_bonds();
   void let_bonds_through();
+  void leave_to_local_dynamics();
   void place_fingertips(std::optional<std::pair<int, FingertipDefinition>> coming);
   void tools_changed();
   [[nodiscard]] bool any_tool() const;
   [[nodiscard]] dynamics::Coupling make_coupling(const GrabRequest& request) const;
   void pose_skin();
+  [[nodiscard]] bool is_served(int pointer) const { return pointer < served_; }
+  [[nodiscard]] bool any_served_tool() const;
+  [[nodiscard]] bool is_local(int pointer) const;
+  [[nodiscard]] dynamics::StepReport make_step(dynamics::State& state);
+  void collect_ports();
+  void keep_known_loads();
+  void put_local_fingertips();
 
   doll::Doll doll_;                             ///< its definition has the present laws, limits and gravity
   dynamics::ModelDefinition made_;              ///< as the doll came
@@ -201,6 +228,15 @@ class Hands {
   skinning::PosedSkin skin_;
   doll::SkeletonPose skeleton_;
   DollMemory initial_;
+
+  // of what is served at the haptic rate
+  int served_{0};
+  std::optional<LocalModeler> modeler_;  ///< of the present scene
+  std::vector<PortLoad> loads_;          ///< of the newest report
+  std::array<ServedTool, kMostPointers> tools_;
+  std::vector<PointerPort> ports_;
+  StepLoads step_loads_;
+  dynamics::State trial_;
 
   // of the step at hand
   std::vector<dynamics::Coupling> couplings_;  ///< the roots' and other pins, then the grips in the order of pointers

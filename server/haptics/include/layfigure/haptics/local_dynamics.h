@@ -63,6 +63,13 @@ inline constexpr double kRelaxSpeed = 5e-3;
 /// bends.
 inline constexpr double kEnergyLoan = 2.5e-4;
 
+/// What a touch pointer's body met in a tick.
+struct LocalTouch {
+  int body{dynamics::kWorld};                      ///< that it presses hardest on; kWorld: none, or what does not move
+  Eigen::Vector3d force{Eigen::Vector3d::Zero()};  ///< of its contacts on it, world [N]
+  bool contact{false};
+};
+
 /// Of the hand-over [J].
 struct HandOverLedger {
   double energy{0.0};     ///< E
@@ -78,7 +85,9 @@ class LocalDynamics {
   LocalDynamics();
 
   /// A new model, at the same moment as the last end_interval(), or later by some ticks, which then have gone on with
-  /// the old one. Ports of the same place, or of the same touched body, go on from where they are.
+  /// the old one. Ports of the same pointer and place, or of the same touched body, go on from where they are; a touch
+  /// pointer's own body, which physics knows from here, also as fast as it is. What an interval was to pay for at a
+  /// port that has gone is forgiven only where that makes E smaller.
   void hand_over(const LocalModel& model) noexcept;
 
   /// One tick of the model's length. One target for each pointer; `on_hands` gets what each hand feels, f turned round.
@@ -93,6 +102,8 @@ class LocalDynamics {
   [[nodiscard]] Eigen::Vector3d position(int port) const noexcept { return ports_[port].position; }
   [[nodiscard]] const Eigen::Quaterniond& rotation(int port) const noexcept { return ports_[port].rotation; }
   [[nodiscard]] dynamics::BodyVelocity velocity(int port) const noexcept;
+  /// In the last tick. Needs a pointer of the last model.
+  [[nodiscard]] LocalTouch touched(int pointer) const noexcept;
   /// Complementarity problems so far that were not solved to the tolerance.
   [[nodiscard]] long unsolved() const noexcept { return unsolved_; }
 
@@ -115,15 +126,22 @@ class LocalDynamics {
     Eigen::Quaterniond physics_rotation{Eigen::Quaterniond::Identity()};
   };
 
+  /// Which ports the last model had.
   struct Layout {
     int pointers{0};
     int ports{0};
+    std::array<int, kMostPointers> pointer{};
     std::array<int, kMostPorts> body{};
+    std::array<bool, kMostPorts> own{};
+    std::array<double, 3 * kMostPorts> point{};
+    std::array<dynamics::BodyVelocity, kMostPorts> velocity{};
   };
 
+  [[nodiscard]] Layout layout() const noexcept;
   [[nodiscard]] int port_before(int port, const Layout& before) const noexcept;
   void account_physics(const Layout& before) noexcept;
   void take_ports(const Layout& before) noexcept;
+  void keep_speeds(const Layout& before) noexcept;
   [[nodiscard]] double affordable_share() const noexcept;
   [[nodiscard]] Vector6 coupling_pull(int pointer, const CouplingTarget& target) const noexcept;
   void solve_contacts() noexcept;

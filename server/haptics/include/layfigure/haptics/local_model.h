@@ -37,7 +37,7 @@ namespace layfigure::haptics {
 
 inline constexpr int kMostPorts = 6;
 inline constexpr int kMostPortRows = 6 * kMostPorts;
-inline constexpr int kMostContacts = 8;
+inline constexpr int kMostContacts = 12;
 inline constexpr int kMostContactRows = 3 * kMostContacts;
 
 /// A virtual coupling's gains, to the device.
@@ -56,6 +56,7 @@ struct PortWrench {
 
 /// What a pointer holds or is, for the physics thread.
 struct PointerPort {
+  int pointer{0};                                                  ///< whose it is: tells it from others
   dynamics::Port port;                                             ///< the held point
   Eigen::Quaterniond orientation{Eigen::Quaterniond::Identity()};  ///< R_BA of the held frame in the body's
   CouplingGains gains;
@@ -64,6 +65,7 @@ struct PointerPort {
 
 /// What acts on a body of the doll from the haptic side: the mean of an interval.
 struct PortLoad {
+  int pointer{-1};  ///< whose it is; -1: a body that pointers touch
   dynamics::Port port;
   PortWrench wrench;
 };
@@ -103,9 +105,10 @@ struct LocalModel {
   int pointers{0};  ///< the first ports are theirs, one each
   int ports{0};     ///< the others are bodies that they touch
   int contacts{0};
-  int left_out{0};   ///< contacts, or touched bodies, beyond what there is room for: constraints as in the physics step
-  double tick{0.0};  ///< h that `response` is for [s]
+  int left_out{0};     ///< contacts, or touched bodies, beyond what there is room for: those that are furthest
+  double tick{0.0};    ///< h that `response` is for [s]
   double length{0.0};  ///< H [s]
+  std::array<int, kMostPointers> pointer{};  ///< whose port k is
   std::array<int, kMostPorts> body{};
   std::array<bool, kMostPorts> own{};  ///< a touch pointer's own body: not known to physics but by what it touches
   Numbers<3 * kMostPorts> point{};     ///< in the bodies' frames

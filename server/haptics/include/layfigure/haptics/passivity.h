@@ -56,6 +56,10 @@ class Passivity {
   /// the way to here, and corrects the wrenches of this one.
   void tick(double T, std::span<PassivityPort> ports) noexcept;
 
+  /// What the device at `pointer` will exert until the next tick, where that is less than tick() was told: a guard has
+  /// cut it.
+  void hold(int pointer, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) noexcept;
+
   /// Energy that may come out at `pointer` though it did not go in there: what the doll held, or was given by gravity
   /// or by something else [J].
   void grant(int pointer, double energy) noexcept;

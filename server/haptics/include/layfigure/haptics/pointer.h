@@ -8,6 +8,7 @@
 #include "layfigure/haptics/fingertip.h"
 #include "layfigure/haptics/glide.h"
 #include "layfigure/haptics/pointer_pose.h"
+#include "layfigure/haptics/pose_rate.h"
 #include "layfigure/haptics/workspace_map.h"
 
 namespace layfigure::haptics {
@@ -38,10 +39,6 @@ struct Fingertip {
   std::optional<dynamics::Tie> bond{};  ///< the magnet holds
 };
 
-/// Time constant of a device's velocity [s]: the damping of a coupling then makes no more of the encoders' rounding
-/// than its stiffness does, and a hand, which moves at less than 10 Hz, does not feel the lag.
-inline constexpr double kVelocitySmoothing = 0.01;
-
 enum class Tool { kNone, kGrab, kTouch };
 
 /// A hand in the scene: its pose in the world follows its hand's by a WorkspaceMap. With a tool out it does not jump to
@@ -64,7 +61,6 @@ class Pointer {
   void glide(std::int64_t steps);
 
   /// Is at the newest pose now, a step of `h` [s] after the last: of a device, which tells where it is at every step.
-  /// The step's velocity is smoothed, since the encoders' rounding makes q / h of a length q: over kVelocitySmoothing.
   void follow(double h);
 
   void set_scale(double scale) { map_.set_scale(scale); }
@@ -100,8 +96,7 @@ class Pointer {
   std::optional<Fingertip> fingertip_;
 
   Glide glide_;
-  Eigen::Vector3d velocity_{Eigen::Vector3d::Zero()};          // of follow(), world [m/s]
-  Eigen::Vector3d angular_velocity_{Eigen::Vector3d::Zero()};  // [rad/s]
+  PoseRate rate_;  // of follow()
 };
 
 }  // namespace layfigure::haptics

@@ -8,6 +8,9 @@
 
 namespace layfigure::haptics {
 
+/// Of the monotonic clock [ns].
+[[nodiscard]] std::int64_t now_ns() noexcept;
+
 /// What the system let a thread have.
 struct RealtimeGrant {
   bool scheduled{false};      ///< SCHED_FIFO: nothing but other real-time threads and interrupts comes first

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "layfigure/device/device.h"
+
+namespace layfigure::testing {
+
+/// A device whose readings a test sets.
+class FakeDriver : public device::Driver {
+ public:
+  FakeDriver() {
+    info_.name = "fake";
+    info_.max_force = 10.0;
+    info_.max_torque = 1.0;
+    info_.reach = 0.1;
+    reading.status = device::Reading::Status::kOk;
+  }
+  [[nodiscard]] const device::Info& info() const noexcept override { return info_; }
+  [[nodiscard]] device::Reading read(double) noexcept override { return reading; }
+  void write(const device::Wrench& wrench) noexcept override { told = wrench; }
+  [[nodiscard]] device::Wrench exerted() const noexcept override { return told; }
+  void close() noexcept override { told = {}; }
+
+  device::Reading reading;
+  device::Wrench told;
+
+ private:
+  device::Info info_;
+};
+
+/// One device of a driver, which stays the caller's to look at.
+[[nodiscard]] inline std::vector<device::Device> one_device(std::unique_ptr<device::Driver> driver) {
+  std::vector<device::Device> devices;
+  devices.emplace_back(std::move(driver));
+  return devices;
+}
+
+}  // namespace layfigure::testing

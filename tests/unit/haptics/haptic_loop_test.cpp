@@ -1,0 +1,329 @@
+// Devices served at the haptic rate between steps of the doll.
+#include "layfigure/haptics/haptic_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "allocation_count.h"
+#include "fake_device.h"
+#include "layfigure/device/open.h"
+#include "layfigure/device/simulated_spidar.h"
+#include "layfigure/haptics/device_hands.h"
+#include "pinched_doll.h"
+#include "small_doll.h"
+
+namespace layfigure::haptics {
+namespace {
+
+using testing::FakeDriver;
+
+constexpr double kSafeWithin = 0.01;  // [s] of a fault to no force
+constexpr double kFelt = 0.03;        // part of the stiffness by which a rate may change it
+constexpr int kTip = 3;               // the bone at the end of the small doll's arm
+
+/// A doll with a device at pointer 0, in lockstep.
+struct Rig {
+  Rig(std::unique_ptr<device::Driver> opened, double physics_hz, int ticks, doll::Doll doll = testing::small_doll())
+      : driver(*opened),
+        hands(std::move(doll), 1.0 / physics_hz),
+        devices(testing::one_device(std::move(opened))),
+        h(1.0 / physics_hz) {
+    devices.place_around(hands);
+    if (ticks > 1) devices.serve(ticks, h / ticks, hands);
+  }
+
+  void step() {
+    devices.follow_buttons(hands);
+    devices.begin_step(time, hands);
+    ASSERT_EQ(hands.step().status, dynamics::StepStatus::kOk);
+    devices.end_step(time, hands);
+    time += h;
+  }
+  void pass(double seconds) {
+    for (long n = std::lround(seconds / h); n > 0; --n) step();
+  }
+  [[nodiscard]] const Pointer& pointer() const { return hands.pointers().at(0); }
+  [[nodiscard]] Eigen::Vector3d tip() const {
+    std::vector<dynamics::BodyPose> poses;
+    dynamics::world_poses(hands.model(), hands.state(), poses);
+    const doll::Carrier& carrier = hands.doll().carriers[kTip];
+    return poses[carrier.body].origin + poses[carrier.body].rotation * carrier.pose.translation();
+  }
+
+  device::Driver& driver;
+  Hands hands;
+  DeviceHands devices;
+  double h;
+  double time{0.0};
+};
+
+/// What a hand feels more [N] that has moved a grip by so much [m].
+double felt_by_moving(double physics_hz, int ticks, double way) {
+  auto driver = std::make_unique<FakeDriver>();
+  FakeDriver& fake = *driver;
+  Rig rig(std::move(driver), physics_hz, ticks);
+  rig.pass(1.0);
+  rig.devices.guide(0, {.position = rig.tip()}, rig.hands);
+  rig.hands.grab({.pointer = 0, .bone = kTip});
+  rig.pass(3.0);
+  const double before = fake.told.force.z();
+  for (int k = 1; k <= 50; ++k) {
+    fake.reading.position.z() = way * k / 50.0;
+    rig.pass(0.02);
+  }
+  rig.pass(5.0);
+  EXPECT_EQ(rig.devices.seen(0).report.share, 1.0) << physics_hz;
+  return fake.told.force.z() - before;
+}
+
+TEST(HapticLoop, PhysicsFrom50To500Hz_StiffnessIsFeltAsOfFullSteps) {
+  constexpr double kWay = 2e-3;
+  const double whole = felt_by_moving(2000.0, 1, kWay);
+  ASSERT_LT(whole, -0.05) << "the doll resists";
+  for (const double physics_hz : {50.0, 100.0, 250.0, 500.0}) {
+    const double felt = felt_by_moving(physics_hz, static_cast<int>(2000.0 / physics_hz), kWay);
+    EXPECT_NEAR(felt, whole, kFelt * std::abs(whole)) << physics_hz;
+  }
+}
+
+/// The simulated hand holds the tip and goes up, on slow physics.
+std::unique_ptr<Rig> pulled(double physics_hz, int ticks) {
+  auto rig = std::make_unique<Rig>(device::open_driver({.kind = "spidar-g6x3"}), physics_hz, ticks);
+  rig->pass(0.1);
+  const Eigen::Vector3d tip = rig->tip();
+  rig->devices.guide(0, {.position = tip}, rig->hands);
+  rig->hands.grab({.pointer = 0, .bone = kTip});
+  rig->devices.guide(0, {.position = tip + 0.05 * Eigen::Vector3d::UnitZ()}, rig->hands);
+  rig->devices.glide(0, std::lround(0.5 * physics_hz));
+  rig->pass(1.5);
+  return rig;
+}
+
+TEST(HapticLoop, SimulatedHandOnPhysicsOf50Hz_PullsAndFeels) {
+  const auto rig = pulled(50.0, 40);
+  EXPECT_EQ(rig->devices.seen(0).report.fault, device::Fault::kNone);
+  EXPECT_EQ(rig->devices.seen(0).report.trips, 0);
+  EXPECT_LT(rig->pointer().force_on_hand().force.z(), -0.05);
+  EXPECT_GT(rig->pointer().grip()->force.force.z(), 0.0);
+  EXPECT_EQ(rig->devices.tick_window().whole().ticks, 40 * std::lround(1.6 * 50.0));
+}
+
+TEST(HapticLoop, SameCalls_SameBits) {
+  const auto a = pulled(100.0, 10);
+  const auto b = pulled(100.0, 10);
+  EXPECT_EQ(a->tip(), b->tip());
+  EXPECT_EQ(a->devices.seen(0).hand.position, b->devices.seen(0).hand.position);
+}
+
+TEST(HapticLoop, GrabReleaseGrabElsewhere_NothingJumps) {
+  const auto rig = pulled(100.0, 10);
+  rig->hands.release(0);
+  rig->step();
+  EXPECT_TRUE(rig->pointer().force_on_hand().force.isZero(0.0));
+  rig->pass(0.5);
+  rig->hands.grab({.pointer = 0, .bone = 1});
+  rig->step();
+  EXPECT_LT(rig->pointer().grip()->force.force.norm(), 1.0) << "the held point is where the hand took it";
+  rig->pass(0.5);
+  EXPECT_TRUE(rig->tip().allFinite());
+}
+
+TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
+  for (const double physics_hz : {50.0, 500.0}) {
+    auto driver = std::make_unique<FakeDriver>();
+    FakeDriver& fake = *driver;
+    Rig rig(std::move(driver), physics_hz, static_cast<int>(2000.0 / physics_hz), testing::thick_doll());
+    rig.pass(1.0);
+    std::vector<dynamics::BodyPose> poses;
+    dynamics::world_poses(rig.hands.model(), rig.hands.state(), poses);
+    const Eigen::Vector3d above = poses[2].com + (testing::kLimbRadius + 0.012) * Eigen::Vector3d::UnitZ();
+    rig.devices.guide(0, {.position = above}, rig.hands);
+    rig.hands.touch({.pointer = 0});
+    rig.pass(0.5);
+    EXPECT_FALSE(rig.pointer().fingertip()->touched.contact);
+    EXPECT_TRUE(fake.told.force.norm() < 1e-3) << fake.told.force.transpose();
+    const double scale = rig.pointer().map().scale();
+    for (int k = 1; k <= 50; ++k) {
+      fake.reading.position.z() = -0.03 / scale * k / 50.0;
+      rig.pass(0.02);
+    }
+    rig.pass(1.0);
+    EXPECT_TRUE(rig.pointer().fingertip()->touched.contact) << physics_hz;
+    EXPECT_EQ(rig.pointer().fingertip()->touched.body, 2);
+    EXPECT_GT(rig.pointer().fingertip()->touched.force.z(), 0.1) << "the limb pushes the finger up";
+    EXPECT_GT(fake.told.force.z(), 0.05) << "and the hand";
+    dynamics::world_poses(rig.hands.model(), rig.hands.state(), poses);
+    const double tip = poses[rig.pointer().grip()->coupling.body].origin.z();
+    EXPECT_NEAR(tip - poses[2].com.z(), testing::kLimbRadius + kFingertipRadius, 2e-3) << "it lies on the limb";
+  }
+}
+
+TEST(HapticLoop, FingertipWithAMagnet_HoldsWhatItTouched) {
+  auto driver = std::make_unique<FakeDriver>();
+  FakeDriver& fake = *driver;
+  Rig rig(std::move(driver), 250.0, 8, testing::thick_doll());
+  rig.pass(1.0);
+  std::vector<dynamics::BodyPose> poses;
+  dynamics::world_poses(rig.hands.model(), rig.hands.state(), poses);
+  const Eigen::Vector3d above = poses[2].com + (testing::kLimbRadius + 0.010) * Eigen::Vector3d::UnitZ();
+  rig.devices.guide(0, {.position = above}, rig.hands);
+  rig.hands.touch({.pointer = 0, .fingertip = {.magnet = true}});
+  const double scale = rig.pointer().map().scale();
+  const auto go_to = [&](double height) {
+    const double begin = fake.reading.position.z();
+    for (int k = 1; k <= 50; ++k) {
+      fake.reading.position.z() = begin + (height / scale - begin) * k / 50.0;
+      rig.pass(0.02);
+    }
+    rig.pass(1.0);
+  };
+  go_to(-0.02);
+  ASSERT_TRUE(rig.pointer().fingertip()->bond.has_value());
+  go_to(0.03);
+  EXPECT_TRUE(rig.pointer().fingertip()->bond.has_value());
+  EXPECT_LT(rig.pointer().fingertip()->touched.force.z(), -0.05) << "the limb hangs on the finger";
+  EXPECT_LT(fake.told.force.z(), -0.05);
+}
+
+/// Steps of 20 ms until a fault is noticed, and one more.
+void expect_no_force_after_the_fault(Rig& rig, device::Fault fault) {
+  for (int n = 0; n < 25 && rig.devices.seen(0).report.fault == device::Fault::kNone; ++n) rig.step();
+  ASSERT_EQ(rig.devices.seen(0).report.fault, fault);
+  rig.step();
+  EXPECT_EQ(rig.devices.seen(0).report.share, 0.0);
+  rig.pass(0.5);
+  EXPECT_TRUE(rig.tip().allFinite());
+}
+
+TEST(HapticLoop, StringsOrMessagesFail_NoForceAndAValidDoll) {
+  for (const std::string fault : {"broken string", "stuck encoder", "lost messages"}) {
+    SCOPED_TRACE(fault);
+    const auto rig = pulled(50.0, 40);
+    ASSERT_EQ(rig->devices.seen(0).report.fault, device::Fault::kNone);
+    spidar::SimulatedFaults& faults = dynamic_cast<device::SimulatedSpidarDriver&>(rig->driver).faults();
+    if (fault == "broken string") faults.broken_string = 2;
+    if (fault == "stuck encoder") faults.stuck_encoder = 3;
+    if (fault == "lost messages") faults.silent = true;
+    // A stuck encoder is noticed when the grip moves.
+    rig->devices.guide(0, {.position = rig->tip() - 0.1 * Eigen::Vector3d::UnitZ()}, rig->hands);
+    rig->devices.glide(0, 10);
+    expect_no_force_after_the_fault(*rig, fault == "lost messages" ? device::Fault::kGone : device::Fault::kInvalid);
+  }
+}
+
+TEST(HapticLoop, PoseIsNotFiniteOrDeviceGone_NoForceWithinTenMilliseconds) {
+  constexpr double kTick = 5e-4;
+  for (const bool gone : {false, true}) {
+    auto opened = std::make_unique<FakeDriver>();
+    FakeDriver& fake = *opened;
+    Rig rig(std::move(opened), 100.0, 20);
+    rig.pass(1.0);
+    rig.devices.guide(0, {.position = rig.tip()}, rig.hands);
+    rig.hands.grab({.pointer = 0, .bone = kTip});
+    fake.reading.position.z() = 2e-3;
+    rig.pass(2.0);
+    ASSERT_GT(fake.told.force.norm(), 0.05);
+    if (gone) fake.reading.status = device::Reading::Status::kGone;
+    if (!gone) fake.reading.position.x() = std::nan("");
+    rig.pass(kSafeWithin + kTick);
+    EXPECT_TRUE(fake.told.is_zero()) << fake.told.force.transpose();
+    EXPECT_EQ(rig.devices.seen(0).report.fault, gone ? device::Fault::kGone : device::Fault::kNotFinite);
+    rig.pass(0.5);
+    EXPECT_TRUE(rig.tip().allFinite());
+  }
+}
+
+/// A loop with a device at which a held doll pulls; physics answers no more.
+TEST(HapticLoop, PhysicsStalls_NoForceWithinTenMillisecondsOfItsAnswersTime) {
+  constexpr double kTick = 1e-3;
+  constexpr int kTicks = 10;
+  auto driver = std::make_unique<FakeDriver>();
+  FakeDriver& fake = *driver;
+  Hands hands(testing::small_doll(), kTicks * kTick);
+  hands.serve(1);
+  DeviceSet devices(testing::one_device(std::move(driver)), {});
+  HapticLoop loop(devices, kTicks, kTick);
+  hands.set_base(0, {.position = {0.6, 0.0, 1.05}});
+  hands.receive(0, {});
+  hands.grab({.pointer = 0, .bone = kTip});
+  auto orders = std::make_unique<HapticOrders>();
+  auto report = std::make_unique<HapticReport>();
+  double time = 0.0;
+  const auto run_tick = [&] {
+    loop.tick(time, 1);
+    time += kTick;
+  };
+  const auto answer = [&] {
+    if (loop.take(*report)) {
+      hands.take(*report);
+      ASSERT_EQ(hands.step().status, dynamics::StepStatus::kOk);
+    }
+    orders->has_model = hands.make_local_model(kTick, orders->model);
+    orders->hands[0] = {.has_tool = true,
+                        .map = hands.pointers().at(0).map(),
+                        .position_offset = Eigen::Vector3d(0.0, 0.0, 0.03),
+                        .wanted = {}};
+    loop.give(*orders);
+  };
+  for (int k = 0; k < 200; ++k) {
+    answer();
+    while (!loop.has_report()) run_tick();
+  }
+  ASSERT_GT(fake.told.force.norm(), 0.05);
+  const double asked = time;
+  while (time < asked + kTicks * kTick) run_tick();
+  EXPECT_GT(fake.told.force.norm(), 0.05) << "an answer may take as long as an interval";
+  while (time < asked + kTicks * kTick + kSafeWithin) run_tick();
+  EXPECT_TRUE(fake.told.is_zero()) << fake.told.force.transpose();
+  EXPECT_EQ(devices.seen(0).report.fault, device::Fault::kStalled);
+  for (int k = 0; k < 200; ++k) {
+    answer();
+    while (!loop.has_report()) run_tick();
+  }
+  EXPECT_GT(fake.told.force.norm(), 0.05) << "and back when physics is";
+  EXPECT_GE(report->ledger.lowest, -1e-3);
+}
+
+TEST(HapticLoop, LateAnswers_AreMadeUpFor) {
+  auto driver = std::make_unique<FakeDriver>();
+  DeviceSet devices(testing::one_device(std::move(driver)), {});
+  HapticLoop loop(devices, 10, 1e-3);
+  auto orders = std::make_unique<HapticOrders>();
+  auto report = std::make_unique<HapticReport>();
+  int intervals = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const bool late = k % 100 < 35;
+    if (!late && (k == 35 || loop.has_report())) {
+      if (loop.take(*report)) ++intervals;
+      loop.give(*orders);
+    }
+    loop.tick(1e-3 * k, 1);
+  }
+  EXPECT_NEAR(intervals, 97, 2) << "as many as if none had been late, but for the first";
+}
+
+TEST(HapticLoop, TickAndExchange_AllocateNothing) {
+  const auto rig = pulled(100.0, 10);
+  const long before = testing::allocation_count();
+  for (int k = 0; k < 50; ++k) rig->step();
+  EXPECT_EQ(testing::allocation_count(), before);
+}
+
+TEST(HapticLoop, Unsound_ExertsNothingAndGoesOn) {
+  const auto rig = pulled(100.0, 10);
+  ASSERT_GT(rig->pointer().force_on_hand().force.norm(), 0.05);
+  for (int k = 0; k < 10; ++k) {
+    rig->devices.let_go(rig->time);
+    rig->time += rig->h;
+  }
+  // The pulleys' friction is left.
+  EXPECT_LT(rig->driver.exerted().force.norm(), 0.5);
+  rig->pass(1.0);
+  EXPECT_LT(rig->pointer().force_on_hand().force.z(), -0.05);
+}
+
+}  // namespace
+}  // namespace layfigure::haptics
