@@ -26,6 +26,15 @@ constexpr int kWaitSpreadUs = 10'000;
 constexpr int kSubscribers = 10;  // of which one has stopped and one is slow
 constexpr double kPoseHz = 240.0;
 
+struct LatencyEffort {
+  int samples;     ///< pointer messages on each bus
+  double seconds;  ///< of poses to the subscribers
+};
+constexpr LatencyEffort kWhole{.samples = 1500, .seconds = 60.0};
+constexpr LatencyEffort kQuick{.samples = 50, .seconds = 2.0};
+
+const LatencyEffort& effort_of(const LatencyOptions& options) { return options.quick ? kQuick : kWhole; }
+
 double milliseconds_of(Clock::duration time) { return std::chrono::duration<double, std::milli>(time).count(); }
 
 /// Sorts; nan if there is none.
@@ -46,7 +55,7 @@ void tell_latency(const LatencyOptions& options, const std::string& bus, std::ve
   std::mt19937 random(1);
   std::vector<double> latencies;
   int lost = 0;
-  for (int k = 0; k < options.samples; ++k) {
+  for (int k = 0; k < effort_of(options).samples; ++k) {
     std::this_thread::sleep_for(kShortestWait + std::chrono::microseconds(random() % kWaitSpreadUs));
     place[2] += k % 2 == 0 ? kStroke : -kStroke;
     const Clock::time_point sent = client.point(place);
@@ -116,7 +125,7 @@ void tell_subscribers(const LatencyOptions& options, std::vector<Figure>& figure
   constexpr double kSettling = 0.5;  // [s]
   stir(hand, place, kSettling);
   const Window begin{hand.arrivals().back().sequence, 0};
-  stir(hand, place, options.seconds);
+  stir(hand, place, effort_of(options).seconds);
   const Window window{begin.first, hand.arrivals().back().sequence};
   std::this_thread::sleep_for(milliseconds(200));  // what is on its way comes
   std::vector<std::vector<PoseArrival>> all;
@@ -133,7 +142,7 @@ void tell_subscribers(const LatencyOptions& options, std::vector<Figure>& figure
     }
   }
   const std::string name = "10 subscribers, one stopped, one slow";
-  figures.push_back({name + ": poses a second", poses / options.seconds, ""});
+  figures.push_back({name + ": poses a second", poses / effort_of(options).seconds, ""});
   figures.push_back({name + ": share missing at the others", worst, "", 0.001});
   figures.push_back({name + ": age of a pose, p99", percentile(ages, 0.99), "ms", 5.0});
   figures.push_back({name + ": age of a pose, max", percentile(ages, 1.0), "ms"});

@@ -65,12 +65,7 @@ int main(int argc, char** argv) {
   auto* latency = app.add_subcommand("latency", "from a pointer's message to the pose, through a server of its own");
   latency->add_option("--server", delay.server, "layfigure-server")->required()->check(CLI::ExistingFile);
   latency->add_option("--character", delay.character, "of 60 joints")->required()->check(CLI::ExistingFile);
-  latency->add_option("--samples", delay.samples, "pointer messages on each bus")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  latency->add_option("--seconds", delay.seconds, "of poses to ten subscribers")
-      ->check(CLI::Range(0.5, 1e5))
-      ->capture_default_str();
+  latency->add_flag("--quick", delay.quick, "fewer messages: seconds instead of minutes");
   latency->add_flag("--json", delay.json, kJsonHelp);
   latency->callback([&] { bench::latency(delay); });
 

@@ -50,8 +50,7 @@ void haptics(const HapticsOptions& options);
 struct LatencyOptions {
   std::string server;     ///< path of layfigure-server
   std::string character;  ///< of 60 joints, if the targets are to mean what they say
-  int samples{1500};      ///< pointer messages on each bus
-  double seconds{60.0};   ///< of poses at 240 Hz to ten subscribers
+  bool quick{false};      ///< fewer messages
   bool json{false};
 };
 /// Between processes: from a pointer's message to the pose that contains its effect, over the broker and over multicast

@@ -15,7 +15,7 @@ from glb import Bone, Mesh, rigid, write_glb  # noqa: E402
 JOINTS = 60  # and a root, which has none
 BRANCHES = 6  # the trunk among them, of as many bones each
 LENGTH = 0.04  # of a bone [m]
-THICKNESS = 0.02
+BOX = (0.015, 0.5 * LENGTH, 0.015)  # of its skin [m]: bones that are neighbours do not touch, nor do the limbs
 # Corners of a box and its faces, counter-clockwise seen from outside.
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (0.0, 1.0) for z in (-0.5, 0.5)])
 FACES = np.array(
@@ -31,16 +31,13 @@ def make_jointed_doll(path: Path) -> None:
     bones = [Bone("root", -1, np.eye(4))]
     for branch in range(BRANCHES):
         angle = 2.0 * np.pi * branch / BRANCHES
-        turn = np.array(
-            [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
-        )
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
         parent = 0
         for number in range(JOINTS // BRANCHES):
-            origin = turn @ np.array([0.0, LENGTH * (number + 1), 0.0])
+            origin = turn @ np.array([0.0, LENGTH * (number + 1.5), 0.0])
             bones.append(Bone(f"limb{branch}.{number}", parent, rigid(turn, origin)))
             parent = len(bones) - 1
-    size = np.array([THICKNESS, LENGTH, THICKNESS])
-    points = [(CORNERS * size) @ bone.frame[:3, :3].T + bone.frame[:3, 3] for bone in bones]
+    points = [(CORNERS * BOX) @ bone.frame[:3, :3].T + bone.frame[:3, 3] for bone in bones]
     triangles = [FACES + len(CORNERS) * number for number in range(len(bones))]
     weights = np.repeat(np.eye(len(bones)), len(CORNERS), axis=0)
     mesh = Mesh("boxes", (0.6, 0.6, 0.6), np.concatenate(points), np.concatenate(triangles), weights)
