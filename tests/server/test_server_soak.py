@@ -18,7 +18,8 @@ from server_support.process import ServerProcess
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 TSAN_SERVER = Path(os.environ.get("LAYFIGURE_TSAN_SERVER", REPOSITORY / "build/tsan/server/app/layfigure-server"))
-SUPPRESSIONS = Path(__file__).with_name("tsan.supp")
+TSAN_SUPPRESSIONS = Path(__file__).with_name("tsan.supp")
+VALGRIND_SUPPRESSIONS = Path(__file__).with_name("valgrind.supp")
 SECONDS = float(os.environ.get("LAYFIGURE_SOAK_SECONDS", "20"))
 PATIENCE_S = 120.0  # until an instrumented server listens, and has left
 FOUND = 66  # exit code of a server in which something was found
@@ -81,6 +82,7 @@ def test_soak_under_valgrind_finds_no_memory_error_and_no_leak(binary: Path, cha
     if valgrind is None:
         pytest.skip("needs valgrind")
     check = [valgrind, f"--error-exitcode={FOUND}", "--leak-check=full", "--errors-for-leak-kinds=definite"]
+    check.append(f"--suppressions={VALGRIND_SUPPRESSIONS}")
     log = soak([*check, str(binary), str(character), *OPTIONS], {}, connect)
     assert "ERROR SUMMARY: 0 errors" in log
 
@@ -89,6 +91,6 @@ def test_soak_under_valgrind_finds_no_memory_error_and_no_leak(binary: Path, cha
 def test_soak_under_thread_sanitizer_finds_no_race(character: Path, connect: Connect) -> None:
     if not TSAN_SERVER.is_file():
         pytest.skip("needs a server of the preset tsan: cmake --preset tsan, then build layfigure-server")
-    options = f"exitcode={FOUND} suppressions={SUPPRESSIONS}"
+    options = f"exitcode={FOUND} suppressions={TSAN_SUPPRESSIONS}"
     log = soak([str(TSAN_SERVER), str(character), *OPTIONS], {"TSAN_OPTIONS": options}, connect)
     assert "WARNING: ThreadSanitizer" not in log
