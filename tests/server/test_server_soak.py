@@ -21,7 +21,7 @@ TSAN_SERVER = Path(os.environ.get("LAYFIGURE_TSAN_SERVER", REPOSITORY / "build/t
 TSAN_SUPPRESSIONS = Path(__file__).with_name("tsan.supp")
 VALGRIND_SUPPRESSIONS = Path(__file__).with_name("valgrind.supp")
 SECONDS = float(os.environ.get("LAYFIGURE_SOAK_SECONDS", "20"))
-PATIENCE_S = 120.0  # until an instrumented server listens, and has left
+PATIENCE_S = 300.0  # for an answer of an instrumented server, whose hardest steps take seconds, or its leave
 FOUND = 66  # exit code of a server in which something was found
 # So slow a server steps less often; what it does in a step is the same.
 OPTIONS = ("--broker", "0", "--physics-hz", "100", "--pose-hz", "50")
@@ -55,7 +55,9 @@ def use(client: Client, connect: Connect, server: ServerProcess, seconds: float)
         elif what == 8:
             client.publish("COMMAND", choose.randbytes(choose.randrange(300)))
         elif what == 9:
-            connect(server).command("key")  # comes and goes
+            visitor = connect(server)  # comes and goes
+            visitor.timeout_s = PATIENCE_S
+            visitor.command("key")
         for _ in range(10):
             client.point([choose.uniform(-0.3, 0.3) for _ in range(3)], pointer)
         client.poll()
@@ -69,6 +71,7 @@ def soak(command: list[str], environment: dict[str, str], connect: Connect) -> s
     """Runs the server in use; returns what it wrote, after it has left by itself."""
     with ServerProcess(command, environment) as server:
         client = connect(server)
+        client.timeout_s = PATIENCE_S
         assert use(client, connect, server, SECONDS) > 0
         client.command("shutdown")
         _, log = server.process.communicate(timeout=PATIENCE_S)
