@@ -17,6 +17,7 @@
 #include "layfigure/messaging/broker.h"
 #include "layfigure/messaging/bus.h"
 #include "layfigure/messaging/inbox.h"
+#include "layfigure/messaging/protocol.h"
 
 namespace layfigure::app {
 namespace {
@@ -29,6 +30,7 @@ constexpr std::chrono::seconds kCharacterInterval{1};
 // How long a haptic thread that is behind is waited for before it is asked again: a wake-up from a tick would be a
 // lock.
 constexpr std::chrono::microseconds kHapticPoll{100};
+constexpr std::size_t kMaxEventsPerTurn = 16;  // then steps that are due have their turn: a flood does not stop time
 
 class BusSink : public MessageSink {
  public:
@@ -74,6 +76,24 @@ haptics::DeviceHands open_devices(const ServerSettings& settings, const std::str
     spdlog::info("pointer {} is moved by {}", k, devices.back().info().name);
   }
   return haptics::DeviceHands(std::move(devices), settings.passivity);
+}
+
+/// LCM has no way to tell who sends: whoever is reached can pose the doll.
+void warn_of_network(const std::string& url) {
+  const int ttl = messaging::multicast_ttl(url);
+  if (ttl == 0) return;
+  spdlog::warn(
+      "{} has ttl={}: messages leave this machine, and anybody they reach can command this server; ttl=0 keeps "
+      "them here",
+      url, ttl);
+}
+
+void tell_broker(const messaging::Broker& broker, status_t& status) {
+  status.bad_messages += broker.refused_clients();
+  status.dropped_messages += broker.dropped_messages();
+  status.paused_clients = broker.pauses();
+  status.clients = broker.clients();
+  status.max_clients = static_cast<std::int32_t>(messaging::kMaxClients);
 }
 
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
@@ -131,7 +151,7 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
       broker(make_broker(settings)),
       url(broker ? broker->url() : settings.lcm_url),
       log(make_log(settings)),
-      bus({url, settings.channel_prefix}, make_handlers(inbox)),
+      bus({url, settings.channel_prefix, broker ? broker->key() : ""}, make_handlers(inbox)),
       sink(bus, log.get()),
       simulation(std::move(doll), settings.simulation, open_devices(settings, url)),
       poses(simulation, sink, settings.server_id),
@@ -150,6 +170,7 @@ void Server::Impl::check_snapshots() {
 }
 
 void Server::Impl::run() {
+  warn_of_network(url);
   check_snapshots();
   start_realtime();
   const Clock::time_point start = Clock::now();
@@ -213,7 +234,7 @@ bool Server::Impl::is_due(Clock::time_point now) const {
 void Server::Impl::handle_events() {
   const bool rested = is_resting();
   if (rested) simulation.rest(pacer.pass_over(Clock::now()));
-  for (const messaging::Inbox::Event& event : inbox.take()) {
+  for (const messaging::Inbox::Event& event : inbox.take(kMaxEventsPerTurn)) {
     std::visit([this](const auto& message) { handle(message); }, event);
   }
   if (rested && !simulation.resting()) poses.publish();
@@ -262,8 +283,12 @@ void Server::Impl::publish_status(bool leaving) {
   status.poses = poses.count();
   status.late_steps = pacer.late_steps();
   for (device_t& device : status.devices) tell_scheduling(device);
-  status.bad_messages = inbox.bad_messages() + (broker ? broker->refused_clients() : 0);
-  status.dropped_messages = bus.dropped_messages() + (broker ? broker->dropped_messages() : 0);
+  status.dropped_time = pacer.dropped_time();
+  status.bad_messages = inbox.bad_messages();
+  status.dropped_messages = bus.dropped_messages();
+  status.max_message_bytes = static_cast<std::int32_t>(messaging::kMaxMessageBytes);
+  status.max_message_rate = messaging::kMaxMessageRate;
+  if (broker) tell_broker(*broker, status);
   sink.publish(status);
 }
 

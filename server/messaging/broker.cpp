@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <random>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -27,7 +28,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kDrainTime{500};
 constexpr int kDrainPollMs = 10;
-constexpr std::size_t kMaxClients = 256;
 constexpr std::chrono::seconds kLogInterval{1};
 
 sockaddr_in loopback(std::uint16_t port) {
@@ -66,6 +66,14 @@ std::uint16_t bound_port(int listener) {
   return ntohs(address.sin_port);
 }
 
+/// Long enough that nobody guesses it.
+std::string random_key() {
+  std::random_device device;
+  std::string key(32, '\0');
+  for (char& byte : key) byte = static_cast<char>(device());
+  return key;
+}
+
 }  // namespace
 
 struct Broker::Impl {
@@ -74,12 +82,15 @@ struct Broker::Impl {
 
   void run();
   void drain();
-  /// Waits for something to do, at most `timeout_ms` (-1: for ever).
+  /// Waits for something to do, at most `timeout_ms` (-1: for ever), or until a pause of a client is over.
   void poll_once(int timeout_ms);
+  [[nodiscard]] int next_pause_end_ms(int timeout_ms, Clock::time_point now) const;
   void accept_clients();
   /// Reads and relays; true if any client had sent something.
   bool read_clients();
   void relay(tcpq::Publish message);
+  /// The key's channel alone is not relayed.
+  void take(BrokerClient& client, tcpq::Publish message);
   void flush_clients();
   void drop_closed_clients();
   void report(const std::string& problem);
@@ -89,12 +100,16 @@ struct Broker::Impl {
   const int listener;
   const std::uint16_t port;
   const int wake_up;
+  const std::string key;
   std::atomic<bool> stopping{false};
   std::atomic<std::int64_t> dropped_messages{0};
   std::atomic<std::int64_t> refused_clients{0};
+  std::atomic<std::int64_t> pauses{0};
+  std::atomic<int> guests{0};  // clients but for the server's own
   std::vector<std::unique_ptr<BrokerClient>> clients;
   std::vector<pollfd> polled;
   std::int64_t dropped_by_former_clients{0};
+  std::int64_t pauses_of_former_clients{0};
   Clock::time_point next_log{};
   std::thread thread;
 };
@@ -104,6 +119,7 @@ Broker::Impl::Impl(std::uint16_t wanted_port, const SendLimits& send_limits)
       listener(listen_on_loopback(wanted_port)),
       port(bound_port(listener)),
       wake_up(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      key(random_key()),
       thread([this] { run(); }) {}
 
 Broker::Impl::~Impl() {
@@ -137,12 +153,23 @@ void Broker::Impl::drain() {
 }
 
 void Broker::Impl::poll_once(int timeout_ms) {
+  const Clock::time_point now = Clock::now();
   polled.assign({{listener, POLLIN, 0}, {wake_up, POLLIN, 0}});
   for (const auto& client : clients) {
-    const int events = POLLIN | (client->has_output() ? POLLOUT : 0);
+    const int events = (client->paused_until() > now ? 0 : POLLIN) | (client->has_output() ? POLLOUT : 0);
     polled.push_back({client->socket(), static_cast<short>(events), 0});
   }
-  poll(polled.data(), polled.size(), timeout_ms);
+  poll(polled.data(), polled.size(), next_pause_end_ms(timeout_ms, now));
+}
+
+int Broker::Impl::next_pause_end_ms(int timeout_ms, Clock::time_point now) const {
+  for (const auto& client : clients) {
+    if (client->paused_until() <= now) continue;
+    const auto rest = std::chrono::ceil<std::chrono::milliseconds>(client->paused_until() - now);
+    const int rest_ms = static_cast<int>(rest.count());
+    timeout_ms = timeout_ms < 0 ? rest_ms : std::min(timeout_ms, rest_ms);
+  }
+  return timeout_ms;
 }
 
 void Broker::Impl::accept_clients() {
@@ -160,11 +187,19 @@ void Broker::Impl::accept_clients() {
 
 bool Broker::Impl::read_clients() {
   bool any = false;
+  const Clock::time_point now = Clock::now();
   for (const auto& client : clients) {
-    any = (client->is_open() && client->read()) || any;
-    while (std::optional<tcpq::Publish> message = client->next_message()) relay(std::move(*message));
+    any = (client->is_open() && client->paused_until() <= now && client->read()) || any;
+    while (std::optional<tcpq::Publish> message = client->next_message(now)) take(*client, std::move(*message));
   }
   return any;
+}
+
+void Broker::Impl::take(BrokerClient& client, tcpq::Publish message) {
+  if (message.channel != kBrokerKeyChannel) return relay(std::move(message));
+  if (std::ranges::equal(message.data, key, {}, {}, [](char c) { return static_cast<std::uint8_t>(c); })) {
+    client.trust();
+  }
 }
 
 void Broker::Impl::relay(tcpq::Publish message) {
@@ -181,16 +216,21 @@ void Broker::Impl::flush_clients() {
 
 void Broker::Impl::drop_closed_clients() {
   std::int64_t dropped = dropped_by_former_clients;
+  std::int64_t paused = pauses_of_former_clients;
   for (const auto& client : clients) {
     dropped += client->dropped_messages();
+    paused += client->pauses();
     if (client->is_open()) continue;
     dropped_by_former_clients += client->dropped_messages();
+    pauses_of_former_clients += client->pauses();
     if (client->problem().empty()) continue;
     ++refused_clients;
     report(client->problem());
   }
   dropped_messages = dropped;
+  pauses = paused;
   std::erase_if(clients, [](const auto& client) { return !client->is_open(); });
+  guests = static_cast<int>(std::ranges::count_if(clients, [](const auto& client) { return !client->is_trusted(); }));
 }
 
 void Broker::Impl::report(const std::string& problem) {
@@ -210,6 +250,12 @@ Broker::~Broker() = default;
 std::uint16_t Broker::port() const { return impl_->port; }
 
 std::string Broker::url() const { return "tcpq://127.0.0.1:" + std::to_string(impl_->port); }
+
+const std::string& Broker::key() const { return impl_->key; }
+
+int Broker::clients() const { return impl_->guests; }
+
+std::int64_t Broker::pauses() const { return impl_->pauses; }
 
 std::int64_t Broker::dropped_messages() const { return impl_->dropped_messages; }
 

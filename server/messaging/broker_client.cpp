@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kReadSize = 64U << 10;  // then the others have their turn
 constexpr std::size_t kMaxSubscriptions = 256;
+constexpr std::chrono::milliseconds kShortestPause{5};
 constexpr std::size_t kMaxRememberedMatches = 1024;
 
 /// libstdc++'s engine without back-references: no pattern can make a match take exponential time.
@@ -43,14 +44,28 @@ bool BrokerClient::read() {
   return false;
 }
 
-std::optional<tcpq::Publish> BrokerClient::next_message() {
-  while (std::optional<tcpq::Request> request = parser_.next()) {
+std::optional<tcpq::Publish> BrokerClient::next_message(RateLimit::Clock::time_point now) {
+  while (is_within_rate(now)) {
+    std::optional<tcpq::Request> request = parser_.next();
+    if (!request) break;
+    (void)rate_.take(now);
     if (auto* message = std::get_if<tcpq::Publish>(&*request)) return std::move(*message);
     if (const auto* added = std::get_if<tcpq::Subscribe>(&*request)) subscribe(added->pattern);
     if (const auto* removed = std::get_if<tcpq::Unsubscribe>(&*request)) unsubscribe(removed->pattern);
   }
   if (!parser_.problem().empty()) refuse(parser_.problem());
   return std::nullopt;
+}
+
+/// Every request costs, whatever it is.
+bool BrokerClient::is_within_rate(RateLimit::Clock::time_point now) {
+  if (trusted_ || paused_until_ > now) return trusted_;
+  const RateLimit::Clock::time_point ready = rate_.ready_at(now);
+  if (ready <= now) return true;
+  // A pause of some length lets it send a batch, instead of waking for each single message.
+  paused_until_ = ready + kShortestPause;
+  ++pauses_;
+  return false;
 }
 
 void BrokerClient::subscribe(const std::string& pattern) {

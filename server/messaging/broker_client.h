@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "layfigure/messaging/protocol.h"
+#include "layfigure/messaging/rate_limit.h"
 #include "layfigure/messaging/send_queue.h"
 #include "tcpq.h"
 
@@ -30,10 +32,19 @@ class BrokerClient {
   [[nodiscard]] bool has_output() const { return sending_ != nullptr || !queue_.empty(); }
   [[nodiscard]] std::int64_t dropped_messages() const { return queue_.dropped(); }
 
+  /// Lifts the limit on the rate of its messages.
+  void trust() { trusted_ = true; }
+  [[nodiscard]] bool is_trusted() const { return trusted_; }
+  /// Until when nothing is read from it, as it sent too fast: TCP then slows it down. In the past: it is read.
+  [[nodiscard]] RateLimit::Clock::time_point paused_until() const { return paused_until_; }
+  /// Times that it was paused.
+  [[nodiscard]] std::int64_t pauses() const { return pauses_; }
+
   /// Reads what is there, at most a bounded piece. True if there was something.
   bool read();
-  /// The next message that the client published; its subscriptions are taken note of on the way.
-  [[nodiscard]] std::optional<tcpq::Publish> next_message();
+  /// The next message that the client published; its subscriptions are taken note of on the way. None at `now` may also
+  /// mean that it has sent too much.
+  [[nodiscard]] std::optional<tcpq::Publish> next_message(RateLimit::Clock::time_point now);
   /// Queues a message if the client subscribed to its channel.
   void deliver(const std::shared_ptr<const Frame>& frame);
   /// Sends as much as the socket takes.
@@ -45,6 +56,7 @@ class BrokerClient {
     std::regex expression;
   };
 
+  [[nodiscard]] bool is_within_rate(RateLimit::Clock::time_point now);
   void subscribe(const std::string& pattern);
   void unsubscribe(const std::string& pattern);
   bool is_subscribed(const std::string& channel);
@@ -55,6 +67,10 @@ class BrokerClient {
   bool open_{true};
   std::string problem_;
   tcpq::Parser parser_;
+  RateLimit rate_{kMaxMessageRate, kMaxMessageBurst};
+  bool trusted_{false};
+  RateLimit::Clock::time_point paused_until_{};
+  std::int64_t pauses_{0};
   std::vector<Subscription> subscriptions_;
   std::unordered_map<std::string, bool> matches_;  ///< by channel, what the subscriptions say
   SendQueue queue_;

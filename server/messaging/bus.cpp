@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -18,6 +19,7 @@
 #include <thread>
 #include <utility>
 
+#include "layfigure/messaging/broker.h"
 #include "layfigure/messaging/send_queue.h"
 
 namespace layfigure::messaging {
@@ -79,11 +81,15 @@ bool tune_socket(int socket) {
 }
 
 /// An LCM instance, null if it cannot be had. LCM's tcpq instance is not thread-safe: each thread has its own.
-std::unique_ptr<lcm::LCM> connect(const std::string& url, const std::vector<Route>& routes) {
+std::unique_ptr<lcm::LCM> connect(const std::string& url, const std::string& broker_key,
+                                  const std::vector<Route>& routes) {
   const MutedStderr muted;
   auto link = std::make_unique<lcm::LCM>(url);
   if (!link->good()) return nullptr;
   if (is_tcpq(url) && !tune_socket(link->getFileno())) return nullptr;
+  if (!broker_key.empty()) {
+    link->publish(kBrokerKeyChannel, broker_key.data(), static_cast<unsigned int>(broker_key.size()));
+  }
   for (const Route& route : routes) {
     lcm::Subscription* subscription = link->subscribeFunction(route.channel, receive, &route);
     if (subscription == nullptr) return nullptr;
@@ -105,6 +111,18 @@ std::string default_bus_url() {
   return url != nullptr && *url != '\0' ? url : "udpm://239.255.76.67:7667?ttl=0";
 }
 
+int multicast_ttl(std::string_view url) {
+  constexpr std::string_view kOption = "ttl=";
+  if (!url.starts_with("udpm:")) return 0;
+  int ttl = 0;
+  for (std::size_t at = url.find('?'); at != std::string_view::npos; at = url.find('&', at + 1)) {
+    const std::string_view option = url.substr(at + 1);
+    if (!option.starts_with(kOption)) continue;
+    std::from_chars(option.data() + kOption.size(), option.data() + option.size(), ttl);
+  }
+  return ttl;
+}
+
 struct Bus::Impl {
   Impl(const BusSettings& settings, Handlers handlers);
   ~Impl();
@@ -120,6 +138,7 @@ struct Bus::Impl {
 
   const std::string url;
   const std::string prefix;
+  const std::string broker_key;
   std::vector<Route> routes;  // the receiving link's; the sending one has none
   std::unique_ptr<lcm::LCM> receiver;
   std::unique_ptr<lcm::LCM> sender;
@@ -127,16 +146,18 @@ struct Bus::Impl {
   mutable std::mutex mutex;
   std::condition_variable changed;
   SendQueue queue;
+  std::int64_t lost{0};  // did not fit into the queue
   bool closing{false};
   Clock::time_point drain_deadline{};
   std::thread receive_thread;
   std::thread send_thread;
 };
 
-Bus::Impl::Impl(const BusSettings& settings, Handlers handlers) : url(settings.url), prefix(settings.channel_prefix) {
+Bus::Impl::Impl(const BusSettings& settings, Handlers handlers)
+    : url(settings.url), prefix(settings.channel_prefix), broker_key(settings.broker_key) {
   for (auto& [channel, handler] : handlers) routes.push_back({channel_name(prefix, channel), std::move(handler)});
-  receiver = connect(url, routes);
-  sender = connect(url, {});
+  receiver = connect(url, broker_key, routes);
+  sender = connect(url, broker_key, {});
   if (receiver == nullptr || sender == nullptr) throw BusError(connection_problem(url));
   receive_thread = std::thread([this] { receive_loop(); });
   send_thread = std::thread([this] { send_loop(); });
@@ -173,7 +194,7 @@ void Bus::Impl::send(const Frame& frame) {
 void Bus::Impl::reconnect(std::unique_ptr<lcm::LCM>& link, const std::vector<Route>& link_routes) {
   spdlog::warn("lost the LCM bus {}; connecting again", url);
   while (!wait_closing(kRetryInterval)) {
-    std::unique_ptr<lcm::LCM> fresh = connect(url, link_routes);
+    std::unique_ptr<lcm::LCM> fresh = connect(url, broker_key, link_routes);
     if (fresh == nullptr) continue;
     link = std::move(fresh);
     spdlog::info("connected to the LCM bus {} again", url);
@@ -201,6 +222,7 @@ void Bus::Impl::push(Channel channel, Bytes bytes) {
   {
     const std::lock_guard lock(mutex);
     queued = queue.push(frame);
+    if (!queued) ++lost;
   }
   if (queued) return changed.notify_all();
   spdlog::error("the LCM bus {} is stuck: a message on {} is lost", url, frame->channel);
@@ -215,7 +237,7 @@ void Bus::publish_bytes(Channel channel, Bytes bytes) { impl_->push(channel, std
 
 std::int64_t Bus::dropped_messages() const {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->queue.dropped();
+  return impl_->queue.dropped() + impl_->lost;
 }
 
 }  // namespace layfigure::messaging

@@ -168,6 +168,9 @@ Decoded<spidar_state_t> decode_spidar_state(ByteView bytes) {
 }
 
 Decoded<command_t> decode_command(ByteView bytes) {
+  if (bytes.size() > kMaxCommandBytes) {
+    return refused<command_t>(std::to_string(bytes.size()) + " bytes, at most " + std::to_string(kMaxCommandBytes));
+  }
   Decoded<command_t> decoded = decode<command_t>(bytes, command_lengths_fit(bytes));
   if (!decoded.message) return decoded;
   bool plain = is_plain_text(decoded.message->name);

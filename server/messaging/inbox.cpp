@@ -2,63 +2,96 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
+
+#include "layfigure/messaging/protocol.h"
 
 namespace layfigure::messaging {
 namespace {
 
 constexpr std::size_t kMaxEvents = 65536;  // a client that sends faster than this drains is not waiting for answers
+constexpr std::size_t kMaxWaitingBytes = 64U << 20;  // holds kMaxEvents commands of the usual size many times over
+constexpr std::size_t kMaxKnownClients = 256;        // beyond it all begin anew; what may wait bounds those who rename
 constexpr std::chrono::seconds kLogInterval{1};
-
-/// The waiting message that `pointer` may replace: of the same pointer, with no command after it.
-pointer_t* find_replaceable(std::deque<Inbox::Event>& events, int pointer) {
-  for (auto event = events.rbegin(); event != events.rend(); ++event) {
-    auto* waiting = std::get_if<pointer_t>(&*event);
-    if (waiting == nullptr || waiting->pointer == pointer) return waiting;
-  }
-  return nullptr;
-}
 
 }  // namespace
 
 void Inbox::receive_pointer(ByteView bytes) {
   Decoded<pointer_t> decoded = decode_pointer(bytes);
   if (!decoded.message) return refuse("pointer", decoded.problem);
+  std::string problem;
   {
     const std::lock_guard lock(mutex_);
-    if (pointer_t* waiting = find_replaceable(events_, decoded.message->pointer)) {
-      const bool stale =
-          waiting->client_id == decoded.message->client_id && waiting->sequence > decoded.message->sequence;
-      if (!stale) *waiting = std::move(*decoded.message);
-    } else {
-      events_.emplace_back(std::move(*decoded.message));
-    }
+    problem = rate_problem(decoded.message->client_id);
+    if (problem.empty()) queue_pointer(std::move(*decoded.message), bytes.size());
   }
+  if (!problem.empty()) return refuse("pointer", problem);
   changed_.notify_one();
 }
 
 void Inbox::receive_command(ByteView bytes) {
   Decoded<command_t> decoded = decode_command(bytes);
   if (!decoded.message) return refuse("command", decoded.problem);
+  std::string problem;
   {
-    const std::unique_lock lock(mutex_);
-    if (events_.size() < kMaxEvents) {
-      events_.emplace_back(std::move(*decoded.message));
-    } else {
-      decoded.problem = "more than " + std::to_string(kMaxEvents) + " commands are waiting";
-    }
+    const std::lock_guard lock(mutex_);
+    problem = rate_problem(decoded.message->client_id);
+    if (problem.empty()) problem = queue_command(std::move(*decoded.message), bytes.size());
   }
-  if (!decoded.problem.empty()) return refuse("command", decoded.problem);
+  if (!problem.empty()) return refuse("command", problem);
   changed_.notify_one();
 }
 
-std::vector<Inbox::Event> Inbox::take() {
-  std::deque<Event> events;
-  {
-    const std::lock_guard lock(mutex_);
-    events.swap(events_);
+std::string Inbox::rate_problem(const std::string& client_id) {
+  if (rates_.size() >= kMaxKnownClients && !rates_.contains(client_id)) rates_.clear();
+  RateLimit& rate = rates_.try_emplace(client_id, kMaxMessageRate, kMaxMessageBurst).first->second;
+  if (rate.take(Clock::now())) return {};
+  return "client '" + client_id + "' sends more than " + std::to_string(static_cast<int>(kMaxMessageRate)) +
+         " messages per second";
+}
+
+/// The waiting message that this pointer's may replace: with no command after it.
+pointer_t* Inbox::find_replaceable(int pointer) {
+  for (auto waiting = events_.rbegin(); waiting != events_.rend(); ++waiting) {
+    auto* message = std::get_if<pointer_t>(&waiting->event);
+    if (message == nullptr) return nullptr;
+    if (message->pointer == pointer) return message;
   }
-  return {std::make_move_iterator(events.begin()), std::make_move_iterator(events.end())};
+  return nullptr;
+}
+
+void Inbox::queue_pointer(pointer_t pointer, std::size_t bytes) {
+  if (pointer_t* waiting = find_replaceable(pointer.pointer)) {
+    const bool stale = waiting->client_id == pointer.client_id && waiting->sequence > pointer.sequence;
+    if (!stale) *waiting = std::move(pointer);
+    return;
+  }
+  events_.push_back({std::move(pointer), bytes});
+  waiting_bytes_ += bytes;
+}
+
+std::string Inbox::queue_command(command_t command, std::size_t bytes) {
+  if (events_.size() >= kMaxEvents) return "more than " + std::to_string(kMaxEvents) + " commands are waiting";
+  if (waiting_bytes_ + bytes > kMaxWaitingBytes) {
+    return "the commands that wait have more than " + std::to_string(kMaxWaitingBytes) + " bytes";
+  }
+  events_.push_back({std::move(command), bytes});
+  waiting_bytes_ += bytes;
+  return {};
+}
+
+std::vector<Inbox::Event> Inbox::take(std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<Event> taken;
+  const std::size_t count = std::min(most, events_.size());
+  taken.reserve(count);
+  while (taken.size() < count) {
+    waiting_bytes_ -= events_.front().bytes;
+    taken.push_back(std::move(events_.front().event));
+    events_.pop_front();
+  }
+  return taken;
 }
 
 void Inbox::wait_until(Clock::time_point deadline) {

@@ -9,7 +9,6 @@ constexpr std::uint32_t kPublish = 1;
 constexpr std::uint32_t kSubscribe = 2;
 constexpr std::uint32_t kUnsubscribe = 3;
 constexpr std::size_t kMaxPattern = 256;
-constexpr std::size_t kMaxData = 16U << 20;
 constexpr std::size_t kWord = 4;
 
 void append_word(Bytes& bytes, std::size_t value) {
@@ -73,7 +72,7 @@ std::optional<Request> Parser::parse_publish() {
   std::optional<std::string> channel = text(kWord, kMaxChannelLength, "a channel's name");
   if (!channel) return std::nullopt;
   const std::size_t header = 3 * kWord + channel->size();
-  const std::optional<std::size_t> size = length(header - kWord, kMaxData, "a message");
+  const std::optional<std::size_t> size = length(header - kWord, kMaxMessageBytes, "a message");
   if (!size || !available(header + *size)) return std::nullopt;
   const auto data = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_ + header);
   Publish message{std::move(*channel), Bytes(data, data + static_cast<std::ptrdiff_t>(*size))};

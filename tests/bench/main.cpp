@@ -61,6 +61,14 @@ int main(int argc, char** argv) {
   haptics->add_flag("--json", feel.json, kJsonHelp);
   haptics->callback([&] { bench::haptics(feel); });
 
+  bench::LatencyOptions delay;
+  auto* latency = app.add_subcommand("latency", "from a pointer's message to the pose, through a server of its own");
+  latency->add_option("--server", delay.server, "layfigure-server")->required()->check(CLI::ExistingFile);
+  latency->add_option("--character", delay.character, "of 60 joints")->required()->check(CLI::ExistingFile);
+  latency->add_flag("--quick", delay.quick, "fewer messages: seconds instead of minutes");
+  latency->add_flag("--json", delay.json, kJsonHelp);
+  latency->callback([&] { bench::latency(delay); });
+
   bench::StressOptions ordeal;
   auto* stress = app.add_subcommand("stress", "random scenes: time, and how many steps needed help");
   stress->add_option("--scenes", ordeal.scenes, "how many")->check(CLI::Range(1, 1'000'000'000))->capture_default_str();

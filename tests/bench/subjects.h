@@ -47,6 +47,17 @@ struct HapticsOptions {
 /// doll against the full model, and the times of ticks. Throws std::runtime_error if the file cannot be written.
 void haptics(const HapticsOptions& options);
 
+struct LatencyOptions {
+  std::string server;     ///< path of layfigure-server
+  std::string character;  ///< of 60 joints, if the targets are to mean what they say
+  bool quick{false};      ///< fewer messages
+  bool json{false};
+};
+/// Between processes: from a pointer's message to the pose that contains its effect, over the broker and over multicast
+/// (in a network of its own, where that is allowed); and what subscribers get beside one that has stopped and one that
+/// is slow. Wall-clock times. Throws std::runtime_error if the server fails.
+void latency(const LatencyOptions& options);
+
 struct StressOptions {
   int scenes{10'000};  ///< of the stress test's random scenes, from seed 0 on
   bool json{false};

@@ -21,6 +21,7 @@ from layfigure_bench.comparison import point_of
 from layfigure_bench.engine import Engine, StoredScene
 from layfigure_bench.floor import FloorResult, measure_floor
 from layfigure_bench.floor_scenes import floor_scenes
+from layfigure_bench.jointed_doll import make_jointed_doll
 from layfigure_bench.ladder import climb, make_reference, step_lengths
 from layfigure_bench.programs import ORDERS, OWN, bullet_dantzig_engine, bullet_engine, own_engine
 from layfigure_bench.scenes import Scene, load, made_scenes, save
@@ -29,6 +30,8 @@ STORED_SCENES = Path(__file__).resolve().parent.parent / "data" / "scenes"
 DOLL = "doll-52"
 # The map of stable walls, which layfigure-bench writes itself.
 Z_WIDTH = "z_width.json"
+# From the folder of the build.
+SERVER = "server/app/layfigure-server"
 # Over an impact every order is base steps: one above the first shows what it costs.
 FLOOR_ORDERS = ORDERS[:2]
 # Module of the peer, and the package that it needs.
@@ -56,7 +59,7 @@ FULL = Effort(
     reference_limit_s=8.0,
     floor_lengths=[1.0 / 60.0 / 2.0**k for k in range(6)],
     floor_limit_s=5.0,
-    subjects={"cost": (), "contact": (), "skip": (), "haptics": (), "stress": ()},
+    subjects={"cost": (), "contact": (), "skip": (), "haptics": (), "stress": (), "latency": ()},
 )
 QUICK = Effort(
     step_lengths(6, 4.0),
@@ -71,6 +74,7 @@ QUICK = Effort(
         "skip": (),
         "haptics": ("--quick",),
         "stress": ("--scenes", "200"),
+        "latency": ("--quick",),
     },
 )
 
@@ -141,7 +145,12 @@ def measure(programs: Path, effort: Effort, out: Path) -> tuple[report.Results, 
     print(f"work_precision: {', '.join(effort.subjects)}", flush=True)
     out.mkdir(parents=True, exist_ok=True)
     haptics = (*effort.subjects["haptics"], "--z-width", str(out / Z_WIDTH))
-    figures = subjects.run_subjects(programs, {**effort.subjects, "haptics": haptics})
+    with tempfile.TemporaryDirectory() as folder:
+        doll_60 = Path(folder) / "jointed.glb"
+        make_jointed_doll(doll_60)
+        served = ("--server", str(programs.parents[1] / SERVER), "--character", str(doll_60))
+        latency = (*effort.subjects["latency"], *served)
+        figures = subjects.run_subjects(programs, {**effort.subjects, "haptics": haptics, "latency": latency})
     return report.Results(scenes, floors, costs, figures), versions
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import socket
 import time
 
 import pytest
@@ -32,3 +35,27 @@ def test_poll_after_close_says_that_it_is_not_connected(broker: Broker) -> None:
     bus.close()
     with pytest.raises(BusError, match="not connected to"):
         bus.poll(0.0)
+
+
+def test_connect_tcpq_sends_at_once(broker: Broker) -> None:
+    with Bus(broker.url) as bus:
+        assert bus._lcm is not None
+        with socket.socket(fileno=os.dup(bus._lcm.fileno())) as duplicate:
+            assert duplicate.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) == 1
+
+
+@pytest.mark.parametrize(
+    ("url", "warned"),
+    [
+        ("udpm://nowhere.invalid:1?ttl=1", True),
+        ("udpm://nowhere.invalid:1?recv_buf_size=9&ttl=32", True),
+        ("udpm://nowhere.invalid:1?ttl=0", False),
+        ("udpm://nowhere.invalid:1", False),
+    ],
+)
+def test_connect_url_that_leaves_the_machine_is_warned_of(
+    url: str, warned: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    with contextlib.suppress(BusError), Bus(url):
+        pass
+    assert ("messages leave this machine" in caplog.text) == warned

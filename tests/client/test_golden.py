@@ -89,6 +89,8 @@ def test_golden_reply_decodes_to_its_values() -> None:
 def test_golden_status_decodes_to_its_values() -> None:
     status = codec.decode_status(golden("status_t"))
     assert (status.state, status.steps, status.realtime_factor, status.dropped_messages) == ("failed", 11, 100.25, 6)
+    assert (status.dropped_time, status.paused_clients, status.clients, status.max_clients) == (1.5, 7, 8, 9)
+    assert (status.max_message_bytes, status.max_message_rate) == (10, 200.5)
     (device,) = status.devices
     assert (device.pointer, device.state, device.faults, device.share) == (1, "silent", 2, 0.25)
     assert (device.energy, device.haptic_hz, device.haptic_rate, device.late_ticks) == (0.125, 4000.0, 3999.5, 3)

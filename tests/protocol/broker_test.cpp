@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
+#include <thread>
 
+#include "layfigure/messaging/protocol.h"
 #include "tcpq_client.h"
 
 namespace layfigure::messaging {
@@ -152,6 +155,75 @@ TEST(Broker, PatternThatBacktracks_DoesNotStallIt) {
   client.subscribe("a+");
   client.publish(std::string(60, 'a'), "");
   EXPECT_EQ(client.receive(1).size(), 1U);
+}
+
+TEST(Broker, Flood_IsReadNoFasterThanTheRateAndLosesNothing) {
+  Broker broker(0);
+  LcmClient receiver(broker.url());
+  receiver.subscribe("A");
+  constexpr int kExcess = 40'000;
+  const auto count = static_cast<std::size_t>(kMaxMessageBurst) + kExcess;
+  std::string messages;
+  for (std::size_t i = 0; i < count; ++i) messages += std::string("\0\0\0\1\0\0\0\1A\0\0\0\0", 13);
+  RawClient sender(broker.port());
+  sender.greet();
+  const auto start = std::chrono::steady_clock::now();
+  std::thread flood([&] { sender.send(messages); });
+  EXPECT_EQ(receiver.receive(count).size(), count);
+  flood.join();
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  EXPECT_GE(taken.count(), kExcess / kMaxMessageRate);
+  EXPECT_GT(broker.pauses(), 0);
+  EXPECT_EQ(broker.refused_clients(), 0);
+  receiver.synchronize();
+}
+
+TEST(Broker, MessageBeyondTheLimit_DisconnectsItsSender) {
+  Broker broker(0);
+  RawClient sender(broker.port());
+  sender.greet();
+  sender.send(std::string("\0\0\0\1\0\0\0\1A\1\0\0\1", 13));  // 16 MiB and a byte are announced
+  EXPECT_TRUE(sender.read_to_the_end());
+  EXPECT_TRUE(eventually([&] { return broker.refused_clients() == 1; }));
+}
+
+TEST(Broker, OneClientTooMany_IsTurnedAwayAndCounted) {
+  Broker broker(0);
+  std::vector<std::unique_ptr<RawClient>> clients;
+  for (std::size_t i = 0; i < kMaxClients; ++i) clients.push_back(std::make_unique<RawClient>(broker.port()));
+  EXPECT_TRUE(eventually([&] { return broker.clients() == static_cast<int>(kMaxClients); }));
+  RawClient late(broker.port());
+  EXPECT_TRUE(late.read_to_the_end());
+  EXPECT_TRUE(eventually([&] { return broker.refused_clients() == 1; }));
+  clients.clear();
+  EXPECT_TRUE(eventually([&] { return broker.clients() == 0; }));
+  LcmClient next(broker.url());
+  next.synchronize();
+}
+
+TEST(Broker, TenSubscribersOneStoppedOneSlow_OthersGetEveryPose) {
+  Broker broker(0, kSmall);
+  constexpr int kPoses = 2400;
+  const std::string pose(6000, 'p');  // as of 60 joints
+  RawClient stopped(broker.port());
+  stopped.greet();
+  stopped.subscribe("LAYFIGURE_POSE");
+  LcmClient slow(broker.url());  // it reads at the end
+  slow.subscribe("LAYFIGURE_POSE");
+  std::vector<std::unique_ptr<LcmClient>> subscribers;
+  for (int i = 0; i < 8; ++i) {
+    subscribers.push_back(std::make_unique<LcmClient>(broker.url()));
+    subscribers.back()->subscribe("LAYFIGURE_POSE");
+  }
+  LcmClient sender(broker.url());
+  for (std::size_t i = 1; i <= kPoses; ++i) {
+    sender.publish("LAYFIGURE_POSE", pose);
+    for (const auto& subscriber : subscribers) ASSERT_EQ(subscriber->receive(i).size(), i);
+  }
+  EXPECT_GT(broker.dropped_messages(), 0) << "those of who does not read";
+  EXPECT_EQ(broker.refused_clients(), 0);
+  slow.synchronize();
+  EXPECT_GT(slow.received().size(), 0U);
 }
 
 TEST(Broker, BusyPort_ThrowsNamingIt) {

@@ -142,6 +142,52 @@ TEST(Bus, ServerRestarted_ConnectsAgain) {
   }));
 }
 
+TEST(MulticastTtl, Url_TellsIt) {
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667?ttl=0"), 0);
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667?ttl=1"), 1);
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667?recv_buf_size=100&ttl=12"), 12);
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667?ttl=2&recv_buf_size=100"), 2);
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667"), 0);
+  EXPECT_EQ(multicast_ttl("udpm://239.255.76.67:7667?ttl=junk"), 0);
+  EXPECT_EQ(multicast_ttl("tcpq://127.0.0.1:7700?ttl=3"), 0);
+  EXPECT_EQ(multicast_ttl(default_bus_url()), 0);
+}
+
+TEST(Bus, BothEndsOfATcpqLink_SendAtOnce) {
+  Broker broker(0);
+  const Bus bus({broker.url(), ""}, {});
+  EXPECT_TRUE(eventually([&] { return broker.clients() == 2; }));  // it has a link to receive and one to send
+  // All sockets are in this process: both ends of both links.
+  const std::vector<int> delays = no_delay_of_connections(broker.port());
+  EXPECT_EQ(delays, std::vector<int>(4, 1));
+}
+
+TEST(Bus, KeyOfTheBroker_MakesItNoClientAndIsNotRelayed) {
+  Broker broker(0);
+  LcmClient listener(broker.url());
+  listener.subscribe(".*");
+  Bus bus({broker.url(), "", broker.key()}, {});
+  bus.publish(Channel::kStatus, testing::sample_status());
+  ASSERT_EQ(listener.receive(1).size(), 1U);
+  EXPECT_EQ(listener.received()[0].channel, "LAYFIGURE_STATUS");
+  EXPECT_TRUE(eventually([&] { return broker.clients() == 1; }));
+  Bus other({broker.url(), "", "guessed"}, {});
+  EXPECT_TRUE(eventually([&] { return broker.clients() == 3; }));
+}
+
+TEST(Bus, ServersOwn_MayPublishAtAnyRate) {
+  auto broker = std::make_unique<Broker>(0);
+  LcmClient client(broker->url());
+  client.subscribe("LAYFIGURE_REPLY");
+  const int count = static_cast<int>(kMaxMessageBurst) + 5000;
+  {
+    Bus bus({broker->url(), "", broker->key()}, {});
+    for (int i = 0; i < count; ++i) bus.publish(Channel::kReply, testing::sample_reply());
+  }
+  EXPECT_EQ(client.receive(static_cast<std::size_t>(count)).size(), static_cast<std::size_t>(count));
+  EXPECT_EQ(broker->pauses(), 0);
+}
+
 TEST(DefaultBusUrl, Environment_ComesFirst) {
   setenv("LCM_DEFAULT_URL", "tcpq://127.0.0.1:7777", 1);
   EXPECT_EQ(default_bus_url(), "tcpq://127.0.0.1:7777");

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -117,6 +116,25 @@ DeadPort::DeadPort() : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
 }
 
 DeadPort::~DeadPort() { close(socket_); }
+
+std::vector<int> no_delay_of_connections(std::uint16_t port) {
+  constexpr int kMostDescriptors = 1024;
+  std::vector<int> delays;
+  for (int descriptor = 0; descriptor < kMostDescriptors; ++descriptor) {
+    sockaddr_in here{};
+    sockaddr_in there{};
+    socklen_t size = sizeof here;
+    if (getsockname(descriptor, reinterpret_cast<sockaddr*>(&here), &size) != 0) continue;
+    size = sizeof there;
+    if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&there), &size) != 0) continue;
+    if (ntohs(here.sin_port) != port && ntohs(there.sin_port) != port) continue;
+    int on = 0;
+    size = sizeof on;
+    getsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, &size);
+    delays.push_back(on);
+  }
+  return delays;
+}
 
 bool eventually(const std::function<bool()>& condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(kPatienceMs);

@@ -77,6 +77,9 @@ class DeadPort {
   std::uint16_t port_{0};
 };
 
+/// TCP_NODELAY, 0 or 1, of every connected socket of this process one end of which has this port.
+[[nodiscard]] std::vector<int> no_delay_of_connections(std::uint16_t port);
+
 /// Waits, for seconds at most, until it holds.
 [[nodiscard]] bool eventually(const std::function<bool()>& condition);
 

@@ -8,6 +8,8 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,8 @@ from server_support.client import Client, Connect
 from server_support.process import TIMEOUT_S, StartServer
 
 HAND = "hand.L"
+STOPPED_S = 1.0
+FLOOD = 20_000
 
 
 def test_time_passes_by_itself(start_server: StartServer, connect: Connect) -> None:
@@ -77,6 +81,66 @@ def test_resting_doll_costs_heartbeats_alone_and_wakes_at_a_pull(start_server: S
     before = next(pose for pose in client.received["pose_t"] if pose.sequence == moved.sequence - 1)
     assert before.rotations == rest.rotations
     assert moved.step - before.step <= 20, "the pose from which the motion starts"
+
+
+def test_second_without_the_machine_is_counted_and_not_caught_up(start_server: StartServer, connect: Connect) -> None:
+    server = start_server("--device", "spidar-g6")  # with a device it never rests
+    client = connect(server)
+    before = client.wait_for("status_t", lambda status: status.steps > 100)
+    os.kill(server.process.pid, signal.SIGSTOP)
+    time.sleep(STOPPED_S)
+    os.kill(server.process.pid, signal.SIGCONT)
+    after = client.wait_for("status_t", lambda status: status.dropped_time >= before.dropped_time + 0.9 * STOPPED_S)
+    assert after.late_steps > before.late_steps
+    assert after.step_us_p50 <= after.step_us_p99 <= after.step_us_max
+    # What was given up is not made up for: simulation time stays that much behind the wall clock's.
+    later = client.wait_for("status_t", lambda status: status.steps >= after.steps + 500)
+    start = time.monotonic()
+    last = client.wait_for("status_t", lambda status: status.steps >= later.steps + 1000)
+    assert last.state == "running"
+    assert last.time_us - later.time_us <= 1e6 * (time.monotonic() - start) + 500_000
+    server.process.terminate()
+    _, log = server.wait()
+    assert "fell behind the wall clock" in log
+
+
+def test_status_tells_the_limits_and_who_is_there(start_server: StartServer, connect: Connect) -> None:
+    server = start_server()
+    client = connect(server)
+    others = [connect(server) for _ in range(3)]
+    status = client.wait_for("status_t", lambda status: status.clients == 4)
+    assert (status.max_clients, status.max_message_bytes, status.max_message_rate) == (256, 16 << 20, 20_000.0)
+    assert (status.bad_messages, status.dropped_messages, status.paused_clients) == (0, 0, 0)
+    del others
+
+
+def test_flood_of_commands_slows_its_sender_alone(start_server: StartServer, connect: Connect) -> None:
+    server = start_server()
+    client = connect(server)
+    client.wait_for("status_t")
+    flooding = connect(server)
+    flood = threading.Thread(target=lambda: [flooding.send("key") for _ in range(FLOOD)])
+    flood.start()
+    while flood.is_alive():
+        client.accepted("key")
+    flood.join()
+    last = flooding.wait_for("reply_t", lambda reply: (reply.client_id, reply.sequence) == (flooding.id, FLOOD))
+    assert last.accepted
+    status = client.wait_for("status_t", lambda status: status.steps > 0)
+    assert (status.state, status.bad_messages) == ("running", 0)
+
+
+def test_url_that_leaves_the_machine_is_warned_of(binary: Path, character: Path) -> None:
+    """In a network of its own: nothing leaves the test."""
+    isolate = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
+    if shutil.which("ip") is None or subprocess.run([*isolate, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("needs the command ip, and a machine that allows network namespaces")
+    setup = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+    for ttl, warned in ((0, False), (1, True)):
+        url = f"udpm://239.255.76.67:7667?ttl={ttl}"
+        command = [*isolate, "sh", "-c", setup, "sh", binary, character, "--lcm-url", url, "--duration", "0.1"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
+        assert (f"has ttl={ttl}" in done.stderr) == warned
 
 
 def _gap_before(client: Client, pose: Any) -> int:

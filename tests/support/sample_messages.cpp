@@ -222,6 +222,7 @@ status_t sample_status() {
   message.steps = 11;
   message.poses = 3;
   message.late_steps = 2;
+  message.dropped_time = 1.5;
   message.step_us_p50 = 4.5;
   message.step_us_p99 = 9.5;
   message.step_us_max = 20.5;
@@ -250,6 +251,11 @@ status_t sample_status() {
   message.devices = {device};
   message.device_count = 1;
   message.dropped_messages = 6;
+  message.paused_clients = 7;
+  message.clients = 8;
+  message.max_clients = 9;
+  message.max_message_bytes = 10;
+  message.max_message_rate = 200.5;
   return message;
 }
 

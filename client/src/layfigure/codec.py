@@ -104,6 +104,8 @@ def decode_meshes(data: bytes, joint_count: int) -> tuple[Mesh, ...]:
 
 def _mesh(raw: Any, joint_count: int) -> Mesh:
     vertices, influences = raw.vertex_count, raw.influence_count
+    if min(vertices, influences, raw.triangle_count) < 0:
+        raise ProtocolError(f"mesh '{raw.name}' has a negative count")
     mesh = Mesh(
         name=raw.name,
         color=_finite(raw.color, "color"),
@@ -265,7 +267,8 @@ def _finite(values: Any, name: str) -> Floats:
 
 def _rotations(values: Any, name: str) -> Floats:
     array = _finite(values, name).reshape(-1, 4)
-    lengths = np.linalg.norm(array, axis=1, keepdims=True)
+    with np.errstate(over="ignore"):  # what overflows is not of unit length
+        lengths = np.linalg.norm(array, axis=1, keepdims=True)
     if not (np.abs(lengths - 1.0) < _UNIT_TOLERANCE).all():
         raise ProtocolError(f"{name} holds a quaternion that is not of unit length")
     unit: Floats = array / lengths

@@ -145,6 +145,7 @@ class Status:
     steps: int
     poses: int
     late_steps: int
+    dropped_time: float  # [s] of simulation, given up as steps fell too far behind
     step_us_p50: float
     step_us_p99: float
     step_us_max: float
@@ -154,6 +155,11 @@ class Status:
     elastic_energy: float  # [J]
     bad_messages: int
     dropped_messages: int
+    paused_clients: int
+    clients: int
+    max_clients: int
+    max_message_bytes: int
+    max_message_rate: float
     devices: tuple[Device, ...]
 
 

@@ -32,6 +32,7 @@ class Client:
     def __init__(self, messages: ModuleType, url: str, prefix: str = "") -> None:
         self.id = f"test-{next(_client_numbers)}"
         self.version = 1
+        self.timeout_s = TIMEOUT_S  # of every wait
         self._messages = messages
         self._prefix = prefix
         self._sequence = 0
@@ -88,7 +89,7 @@ class Client:
 
     def wait_for(self, type_name: str, condition: Callable[[Any], bool] = lambda _: True) -> Any:
         """The first message, of those received already or to come, for which `condition` holds."""
-        deadline = time.monotonic() + TIMEOUT_S
+        deadline = time.monotonic() + self.timeout_s
         looked_at = 0
         while True:
             messages = self.received[type_name]

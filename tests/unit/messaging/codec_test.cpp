@@ -190,6 +190,16 @@ TEST(DecodeCommand, RandomBytesAfterTheFingerprint_NeverThrows) {
   }
 }
 
+TEST(DecodeCommand, MoreBytesThanACommandMayHave_RefusedTellingTheLimit) {
+  command_t command = testing::make_command(1, "set");
+  for (int i = 0; i < 3; ++i) {
+    testing::add_argument(command, testing::number_argument(std::to_string(i), std::vector<double>(65'000)));
+  }
+  const Decoded<command_t> decoded = decode_command(encode(command));
+  EXPECT_FALSE(decoded.message);
+  EXPECT_NE(decoded.problem.find("at most 1048576"), std::string::npos) << decoded.problem;
+}
+
 TEST(DecodeCommand, TooManyArguments_Refused) {
   command_t command = sample_command();
   for (int i = 0; i < 65; ++i) testing::add_argument(command, testing::number_argument(std::to_string(i), {1.0}));

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <thread>
 
+#include "layfigure/messaging/protocol.h"
 #include "sample_messages.h"
 
 namespace layfigure::messaging {
@@ -75,6 +76,47 @@ TEST(Inbox, MoreThanCanWait_CountedAsBad) {
   for (int i = 0; i < 65536 + 3; ++i) inbox.receive_command(command);
   EXPECT_EQ(inbox.bad_messages(), 3);
   EXPECT_EQ(inbox.take().size(), 65536U);
+}
+
+TEST(Inbox, ClientThatSendsTooFast_RefusedAndCountedOthersAreHeard) {
+  Inbox inbox;
+  const Bytes pointer = encode(make_pointer(0, 1, "flood"));
+  const auto start = Clock::now();
+  const int sent = static_cast<int>(kMaxMessageBurst) + 100'000;
+  for (int i = 0; i < sent; ++i) inbox.receive_pointer(pointer);
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  EXPECT_GE(static_cast<double>(inbox.bad_messages()), 100'000 - kMaxMessageRate * seconds - 1);
+  const std::int64_t bad = inbox.bad_messages();
+  if (seconds < 100'000 / kMaxMessageRate) {  // else this machine is too slow to flood it
+    EXPECT_GT(bad, 0);
+  }
+  send(inbox, make_pointer(1, 1, "another"));
+  EXPECT_EQ(inbox.bad_messages(), bad);
+  EXPECT_EQ(summary(inbox.take()), "p0:1 p1:1 ");
+}
+
+TEST(Inbox, LargeCommands_WaitUpToALimitOfBytes) {
+  Inbox inbox;
+  command_t command = make_command(1, "set");
+  testing::add_argument(command, testing::number_argument("values", std::vector<double>(65'000)));
+  const Bytes bytes = encode(command);
+  const std::size_t fit = (64U << 20) / bytes.size();
+  for (std::size_t i = 0; i < fit + 2; ++i) inbox.receive_command(bytes);
+  EXPECT_EQ(inbox.bad_messages(), 2);
+  EXPECT_EQ(inbox.take(1).size(), 1U);
+  inbox.receive_command(bytes);
+  EXPECT_EQ(inbox.bad_messages(), 2) << "what was taken has made room";
+  EXPECT_EQ(inbox.take().size(), fit);
+}
+
+TEST(Inbox, TakeSome_LeavesTheRestInOrder) {
+  Inbox inbox;
+  for (int sequence = 1; sequence <= 5; ++sequence) send(inbox, make_command(sequence, "key"));
+  EXPECT_EQ(summary(inbox.take(2)), "c1 c2 ");
+  send(inbox, make_command(6, "key"));
+  EXPECT_EQ(summary(inbox.take(3)), "c3 c4 c5 ");
+  inbox.wait_until(Clock::time_point::max());  // there is one more
+  EXPECT_EQ(summary(inbox.take()), "c6 ");
 }
 
 TEST(Inbox, Garbage_CountedAndNotQueued) {

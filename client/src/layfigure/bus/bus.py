@@ -50,6 +50,7 @@ class Bus:
         self.bad_messages = 0  # that a handler could not decode
         self._lcm: lcm.LCM | None = None
         self._loss = ""  # how the connection was lost, until the caller has been told
+        _warn_of_network(self.url)
         self.connect()
 
     def __enter__(self) -> Bus:
@@ -163,6 +164,13 @@ class Bus:
             self._inbox.append((handler, data))
 
         connection.subscribe(re.escape(self._prefix + channel), collect).set_queue_capacity(_QUEUE_CAPACITY)
+
+
+def _warn_of_network(url: str) -> None:
+    """LCM has no way to tell who sends: whoever is reached can join in."""
+    ttl = re.search(r"^udpm:[^?]*\?(?:.*&)?ttl=(\d+)", url)
+    if ttl is not None and int(ttl[1]) > 0:
+        _logger.warning("'%s' has ttl=%s: messages leave this machine; ttl=0 keeps them here", url, ttl[1])
 
 
 def _probe_tcpq(url: str) -> None:

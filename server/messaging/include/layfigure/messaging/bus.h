@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "layfigure/messaging/codec.h"
 #include "layfigure/messaging/protocol.h"
@@ -20,10 +21,14 @@ class BusError : public std::runtime_error {
 struct BusSettings {
   std::string url;             ///< of LCM: udpm://.., tcpq://..; see default_bus_url()
   std::string channel_prefix;  ///< put before every channel's name, see is_channel_prefix()
+  std::string broker_key{};    ///< Broker::key() of the broker at the url, if it is this process's own
 };
 
 /// $LCM_DEFAULT_URL if set, else multicast that does not leave this machine (udpm, ttl 0).
 [[nodiscard]] std::string default_bus_url();
+
+/// How many networks away a udpm URL sends: 0 not beyond this machine, which is LCM's default; 0 for other URLs too.
+[[nodiscard]] int multicast_ttl(std::string_view url);
 
 /// A connection to an LCM bus with a thread that receives and one that sends, so that neither a slow network nor a slow
 /// subscriber can delay who publishes. Every tcpq socket has TCP_NODELAY. A tcpq server that is lost is reported and
@@ -48,7 +53,7 @@ class Bus {
     publish_bytes(channel, encode(message));
   }
 
-  /// Messages that were dropped because the bus did not keep up.
+  /// Messages that were dropped because the bus did not keep up, of whatever channel.
   [[nodiscard]] std::int64_t dropped_messages() const;
 
  private:

@@ -40,8 +40,9 @@ inline constexpr std::int32_t kSpidarRejected = 2;
 ///
 /// A pointer is refused unless its version is ours, its number is in [0, kMaxPointers), its position finite and within
 /// 1e6 m, its rotation a unit quaternion (to 1e-3). A command is refused only for its form: its version and arguments
-/// are judged, and answered, by who carries it out. A device's state is refused unless its version and its kind are
-/// ours and what holds by its kind is finite, lengths within 100 m, the rotation a unit quaternion, the grip 0 to 1.
+/// are judged, and answered, by who carries it out; or for more than kMaxCommandBytes. A device's state is refused
+/// unless its version and its kind are ours and what holds by its kind is finite, lengths within 100 m, the rotation a
+/// unit quaternion, the grip 0 to 1.
 [[nodiscard]] Decoded<pointer_t> decode_pointer(ByteView bytes);
 [[nodiscard]] Decoded<command_t> decode_command(ByteView bytes);
 [[nodiscard]] Decoded<spidar_state_t> decode_spidar_state(ByteView bytes);

@@ -5,13 +5,16 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
 #include "layfigure/messaging/codec.h"
+#include "layfigure/messaging/rate_limit.h"
 
 namespace layfigure::messaging {
 
@@ -19,7 +22,9 @@ namespace layfigure::messaging {
 /// queue without loss. A pointer message replaces an older one of the same pointer (newest wins) unless a command came
 /// in between, so that a script's "point there, grab, point here" keeps its meaning however fast it arrives.
 ///
-/// A message that cannot be used is counted and logged at most once a second. All members are thread-safe.
+/// A message that cannot be used is counted and logged at most once a second. So is one that is too much: of a client
+/// that sends faster than kMaxMessageRate, or beyond what may wait; a client sends a command again that is not
+/// answered. All members are thread-safe.
 class Inbox {
  public:
   using Event = std::variant<pointer_t, command_t>;
@@ -29,8 +34,8 @@ class Inbox {
   void receive_pointer(ByteView bytes);
   void receive_command(ByteView bytes);
 
-  /// Everything that has arrived since the last call, oldest first.
-  [[nodiscard]] std::vector<Event> take();
+  /// What has arrived, oldest first: all, or the first `most` of it; the rest waits on.
+  [[nodiscard]] std::vector<Event> take(std::size_t most = std::numeric_limits<std::size_t>::max());
 
   /// Returns at `deadline`, or sooner when something is there to take or interrupt() was called.
   void wait_until(Clock::time_point deadline);
@@ -38,15 +43,29 @@ class Inbox {
   /// Ends the wait at hand, or the next one.
   void interrupt();
 
-  /// Messages refused so far: not decodable, wrong version, out of range, beyond what can be queued.
+  /// Messages refused so far: not decodable, wrong version, out of range, too many, beyond what can be queued.
   [[nodiscard]] std::int64_t bad_messages() const { return bad_messages_; }
 
  private:
+  /// An event, and how many bytes it was on the wire.
+  struct Waiting {
+    Event event;
+    std::size_t bytes;
+  };
+
+  void queue_pointer(pointer_t pointer, std::size_t bytes);
+  /// Empty, or why there is no room for the command.
+  [[nodiscard]] std::string queue_command(command_t command, std::size_t bytes);
+  /// Empty, or that the client sends too fast.
+  [[nodiscard]] std::string rate_problem(const std::string& client_id);
+  [[nodiscard]] pointer_t* find_replaceable(int pointer);
   void refuse(std::string_view kind, const std::string& problem);
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Event> events_;
+  std::deque<Waiting> events_;
+  std::size_t waiting_bytes_{0};
+  std::unordered_map<std::string, RateLimit> rates_;
   bool interrupted_{false};
   std::atomic<std::int64_t> bad_messages_{0};
   Clock::time_point next_log_{};

@@ -16,6 +16,16 @@ inline constexpr std::int32_t kMaxPointers = 16;
 /// Bytes of the encoded meshes_t in one mesh_chunk_t.
 inline constexpr std::size_t kMeshChunkBytes = 32 * 1024;
 
+/// What one client may send, told in status_t. The rate is of messages per second; so many at once (a burst) are taken
+/// after a rest. A command_t has a limit of its own, above what load_pose needs for ten thousand joints.
+inline constexpr std::size_t kMaxMessageBytes = 16U << 20;
+inline constexpr std::size_t kMaxCommandBytes = 1U << 20;
+inline constexpr double kMaxMessageRate = 20'000.0;
+inline constexpr double kMaxMessageBurst = 65'536.0;
+
+/// Clients that a broker serves at once.
+inline constexpr std::size_t kMaxClients = 256;
+
 /// LCM's limit on the length of a channel's name.
 inline constexpr std::size_t kMaxChannelLength = 63;
 

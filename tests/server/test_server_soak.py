@@ -1,0 +1,99 @@
+"""A server in use for long under tools that see what tests do not: memory errors and leaks, and races of threads.
+
+LAYFIGURE_SOAK_SECONDS says how long each (20; an hour before a release). LAYFIGURE_TSAN_SERVER names a server of the
+CMake preset tsan, if it is not at build/tsan.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+from server_support.client import Client, Connect
+from server_support.process import ServerProcess
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+TSAN_SERVER = Path(os.environ.get("LAYFIGURE_TSAN_SERVER", REPOSITORY / "build/tsan/server/app/layfigure-server"))
+TSAN_SUPPRESSIONS = Path(__file__).with_name("tsan.supp")
+VALGRIND_SUPPRESSIONS = Path(__file__).with_name("valgrind.supp")
+SECONDS = float(os.environ.get("LAYFIGURE_SOAK_SECONDS", "20"))
+PATIENCE_S = 300.0  # for an answer of an instrumented server, whose hardest steps take seconds, or its leave
+FOUND = 66  # exit code of a server in which something was found
+# So slow a server steps less often; what it does in a step is the same.
+OPTIONS = ("--broker", "0", "--physics-hz", "100", "--pose-hz", "50")
+BONES = ("hand.L", "hand.R", "foot.L", "head", "chest")
+
+
+def use(client: Client, connect: Connect, server: ServerProcess, seconds: float) -> int:
+    """All that clients do, at random, for so long; returns the number of commands."""
+    choose = random.Random(1)
+    commands = 0
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        pointer = choose.randrange(3)
+        what = choose.randrange(12)
+        if what == 0:
+            client.command("grab", bone=choose.choice(BONES), pointer=pointer)
+        elif what == 1:
+            client.command("touch", pointer=pointer)
+        elif what == 2:
+            client.command("release", pointer=pointer)
+        elif what == 3:
+            client.command("pin", bone=choose.choice(BONES))
+        elif what == 4:
+            client.command("unpin")
+        elif what == 5:
+            client.command("set", softness=choose.uniform(0.1, 2.0))
+        elif what == 6:
+            client.command("get_mesh")
+        elif what == 7:
+            client.command(choose.choice(("reset", "key", "no such", "get_character")))
+        elif what == 8:
+            client.publish("COMMAND", choose.randbytes(choose.randrange(300)))
+        elif what == 9:
+            visitor = connect(server)  # comes and goes
+            visitor.timeout_s = PATIENCE_S
+            visitor.command("key")
+        for _ in range(10):
+            client.point([choose.uniform(-0.3, 0.3) for _ in range(3)], pointer)
+        client.poll()
+        commands += 1
+        for messages in client.received.values():
+            messages.clear()
+    return commands
+
+
+def soak(command: list[str], environment: dict[str, str], connect: Connect) -> str:
+    """Runs the server in use; returns what it wrote, after it has left by itself."""
+    with ServerProcess(command, environment) as server:
+        client = connect(server)
+        client.timeout_s = PATIENCE_S
+        assert use(client, connect, server, SECONDS) > 0
+        client.command("shutdown")
+        _, log = server.process.communicate(timeout=PATIENCE_S)
+        assert server.process.returncode == 0, log
+        return str(log)
+
+
+@pytest.mark.slow
+def test_soak_under_valgrind_finds_no_memory_error_and_no_leak(binary: Path, character: Path, connect: Connect) -> None:
+    valgrind = shutil.which("valgrind")
+    if valgrind is None:
+        pytest.skip("needs valgrind")
+    check = [valgrind, f"--error-exitcode={FOUND}", "--leak-check=full", "--errors-for-leak-kinds=definite"]
+    check.append(f"--suppressions={VALGRIND_SUPPRESSIONS}")
+    log = soak([*check, str(binary), str(character), *OPTIONS], {}, connect)
+    assert "ERROR SUMMARY: 0 errors" in log
+
+
+@pytest.mark.slow
+def test_soak_under_thread_sanitizer_finds_no_race(character: Path, connect: Connect) -> None:
+    if not TSAN_SERVER.is_file():
+        pytest.skip("needs a server of the preset tsan: cmake --preset tsan, then build layfigure-server")
+    options = f"exitcode={FOUND} suppressions={TSAN_SUPPRESSIONS}"
+    log = soak([str(TSAN_SERVER), str(character), *OPTIONS], {"TSAN_OPTIONS": options}, connect)
+    assert "WARNING: ThreadSanitizer" not in log
