@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from client_support import usd_files
+from client_support.cli import Cli
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from layfigure.errors import LayfigureError
 from layfigure.take import Take
 from layfigure.usd.checks import check
+from layfigure.usd.findings import Finding
 from layfigure.usd.writer import write_take
 
 ROOT = "/Synthetic_arm"
@@ -186,3 +189,159 @@ def test_check_missing_layer_is_found(take: Take, tmp_path: Path) -> None:
     write_take(take, tmp_path / "take.usda", 24.0)
     (tmp_path / "take.character.usdc").unlink()
     assert check(tmp_path / "take.usda").findings != ()
+
+
+def damage_foreign(path: Path, damage: Callable[[Usd.Stage], Any]) -> list[Finding]:
+    stage = usd_files.edit(usd_files.write_figure(path, blend_shape=True))
+    damage(stage)
+    stage.GetRootLayer().Save()
+    return list(check(path).findings)
+
+
+FIGURE = "/World/figure0"
+
+
+def motion(stage: Usd.Stage) -> Any:
+    return UsdSkel.Animation(stage.GetPrimAtPath(f"{FIGURE}/rig/motion"))
+
+
+def skin(stage: Usd.Stage) -> Any:
+    return UsdGeom.Mesh(stage.GetPrimAtPath(f"{FIGURE}/skin"))
+
+
+def skin_binding(stage: Usd.Stage) -> Any:
+    return UsdSkel.BindingAPI(skin(stage).GetPrim())
+
+
+def shape(stage: Usd.Stage) -> Any:
+    return UsdSkel.BlendShape(stage.GetPrimAtPath(f"{FIGURE}/skin/wide"))
+
+
+def negative_weight(stage: Usd.Stage) -> None:
+    primvar = skin_binding(stage).GetJointWeightsPrimvar()
+    weights = np.array(primvar.Get()).reshape(-1, 2)
+    weights[3] = [1.5, -0.5]
+    primvar.Set(Vt.FloatArray.FromNumpy(weights.ravel()))
+
+
+def long_quaternions(stage: Usd.Stage) -> None:
+    for frame in (3, 4, 5):
+        motion(stage).GetRotationsAttr().Set([Gf.Quatf(2, 0, 0, 0)] * 3, frame)
+
+
+def growing_bone(stage: Usd.Stage) -> None:
+    attribute = motion(stage).GetTranslationsAttr()
+    for frame, length in ((1, 50.0), (13, 60.0)):
+        attribute.Set([Gf.Vec3f(0, length, 0), Gf.Vec3f(0, 0, 0), Gf.Vec3f(0, 50, 0)], frame)
+
+
+FOREIGN_ERRORS: list[tuple[Callable[[Usd.Stage], Any], str]] = [
+    (long_quaternions, "rotations at frame 3: holds a quaternion of length 1 +1, and 2 more frames are bad"),
+    (negative_weight, "has a negative weight at vertex 3"),
+    (lambda s: skin_binding(s).GetJointIndicesPrimvar().Set([9] * 72), "joint index out of range, expected 0 to 2"),
+    (lambda s: skin_binding(s).GetJointWeightsPrimvar().Set([0.4] * 72), "do not sum to 1: 0.8 at vertex 0, and of 35"),
+    (lambda s: skin_binding(s).GetJointWeightsPrimvar().Set([float("nan")] * 72), "do not sum to 1: nan"),
+    (lambda s: skin_binding(s).GetSkeletonRel().ClearTargets(True), "is bound to no skeleton"),
+    (lambda s: skin_binding(s).CreateJointsAttr(["root", "nobody"]), "is bound to joint 'nobody'"),
+    (lambda s: skin(s).GetFaceVertexCountsAttr().Set([4] * 33), "its faces take 132 vertex indices"),
+    (lambda s: skin(s).GetPointsAttr().Set([Gf.Vec3f(float("nan"))] * 36), "has a point that is not finite"),
+    (lambda s: skin_binding(s).GetBlendShapesAttr().Set(["wide", "tall"]), "names 2 blend shapes, and has 1 targets"),
+    (lambda s: s.RemovePrim(f"{FIGURE}/skin/wide"), "is missing"),
+    (lambda s: shape(s).GetOffsetsAttr().Set([Gf.Vec3f(1)] * 5), "has 5 offsets, expected 4"),
+    (lambda s: shape(s).GetPointIndicesAttr().Set([0, 1, 2, 36]), "has a point index out of range, expected 0 to 35"),
+    (lambda s: motion(s).GetBlendShapeWeightsAttr().Set([0.0, 1.0], 1), "has 2 values, expected 1"),
+    (lambda s: (s.SetStartTimeCode(100), s.SetEndTimeCode(200)), "outside of the stage's 100 to 200"),
+    (
+        lambda s: (
+            UsdSkel.BindingAPI(s.GetPrimAtPath(f"{FIGURE}/rig/skeleton"))
+            .GetAnimationSourceRel()
+            .SetTargets([f"{FIGURE}/skin"])
+        ),
+        "is no SkelAnimation",
+    ),
+]
+
+FOREIGN_WARNINGS: list[tuple[Callable[[Usd.Stage], Any], str]] = [
+    (growing_bone, "bone 'root/upper/lower' changes its length by 0.17 of it"),
+    (lambda s: s.SetEndTimeCode(5), "its frames 1 to 13 go beyond the stage's 1 to 5"),
+    (lambda s: Usd.ModelAPI(s.GetDefaultPrim()).SetKind(""), "has no kind"),
+    (lambda s: s.SetFramesPerSecond(24.0), "differ"),
+    (lambda s: s.GetPrimAtPath(f"{FIGURE}/rig/skeleton").RemoveProperty("restTransforms"), "is not set"),
+    (lambda s: skin(s).GetPrim().RemoveProperty("extent"), "its extent is not the box"),
+    (lambda s: motion(s).GetPrim().GetAttribute("joints").Set(["root", "root/a", "root/b"]), "animates joint 'root/a'"),
+]
+
+
+@pytest.mark.parametrize(("damage", "words"), FOREIGN_ERRORS)
+def test_check_damaged_file_of_another_tool_has_an_error(
+    tmp_path: Path, damage: Callable[[Usd.Stage], Any], words: str
+) -> None:
+    findings = damage_foreign(tmp_path / "figure.usda", damage)
+    assert any(words in str(finding) for finding in findings if finding.is_error), [*map(str, findings)]
+
+
+@pytest.mark.parametrize(("damage", "words"), FOREIGN_WARNINGS)
+def test_check_what_usd_allows_is_a_warning(tmp_path: Path, damage: Callable[[Usd.Stage], Any], words: str) -> None:
+    findings = damage_foreign(tmp_path / "figure.usda", damage)
+    assert any(words in str(finding) for finding in findings), [*map(str, findings)]
+    assert not any(finding.is_error for finding in findings), [*map(str, findings)]
+
+
+def test_check_what_usd_allows_is_an_error_in_a_take(stage: Usd.Stage, tmp_path: Path) -> None:
+    stretched_bone(stage)
+    stage.GetRootLayer().Save()
+    assert [finding.is_error for finding in check(tmp_path / "damaged.usda").findings] == [True]
+
+
+@pytest.mark.parametrize("up_axis", ["Y", "Z"])
+@pytest.mark.parametrize("meters_per_unit", [0.01, 1.0])
+@pytest.mark.parametrize("skeletons", [1, 3])
+@pytest.mark.parametrize("blend_shape", [False, True])
+def test_check_good_files_of_other_layouts_have_no_findings(
+    tmp_path: Path, up_axis: str, meters_per_unit: float, skeletons: int, blend_shape: bool
+) -> None:
+    path = usd_files.write_figure(tmp_path / "f.usdc", up_axis, meters_per_unit, skeletons, blend_shape=blend_shape)
+    report = check(path)
+    assert [*map(str, report.findings)] == []
+    assert (report.skeletons, report.frames) == (skeletons, usd_files.FRAMES)
+
+
+def test_check_character_without_animation_has_a_warning_alone(tmp_path: Path) -> None:
+    report = check(usd_files.write_figure(tmp_path / "figure.usda", animated=False))
+    assert [*map(str, report.findings)] == [f"warning: {FIGURE}/rig/skeleton: has no animation source"]
+
+
+def test_check_file_without_skeleton_has_an_error(tmp_path: Path) -> None:
+    report = check(usd_files.write_prop(tmp_path / "prop.usda"))
+    assert [str(finding) for finding in report.findings if finding.is_error] == [
+        f"error: {tmp_path / 'prop.usda'}: holds no skeleton"
+    ]
+
+
+def test_check_instanced_characters_are_checked(tmp_path: Path) -> None:
+    usd_files.write_figure(tmp_path / "figure.usda")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "crowd.usda"))
+    for name in ("/Crowd/a", "/Crowd/b"):
+        prim = stage.DefinePrim(name, "Xform")
+        prim.GetReferences().AddReference("./figure.usda")
+        prim.SetInstanceable(True)
+    stage.GetRootLayer().Save()
+    assert check(tmp_path / "crowd.usda").skeletons == 2
+
+
+def test_cli_check_missing_layer_is_one_clear_line(take: Take, tmp_path: Path, cli: Cli) -> None:
+    write_take(take, tmp_path / "take.usda", 24.0)
+    (tmp_path / "take.anim.usdc").unlink()
+    result = cli("check", "take.usda")
+    assert result.returncode == 1
+    assert "take.anim.usdc', which is missing or cannot be read" in result.stdout
+    assert sum("take.anim.usdc" in line for line in result.stdout.splitlines()) == 1
+    assert len(result.stderr.splitlines()) == 1  # nothing of USD's own warnings
+
+
+def test_cli_check_warnings_alone_exit_with_0(tmp_path: Path, cli: Cli) -> None:
+    usd_files.write_figure(tmp_path / "figure.usda", animated=False)
+    result = cli("check", "figure.usda")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.splitlines()[0].startswith("warning: ")
+    assert result.stdout.endswith("1 skeleton, 13 frames, 1 warning)\n")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
@@ -15,12 +17,23 @@ from layfigure.protocol import Floats, Ints
 _DEFAULT_COLOR = (0.6, 0.6, 0.6)
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keeps USD's own warnings off stderr: what they tell is told in our words."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        delegate.TakeUncoalescedDiagnostics()  # it would print what is left in it
+
+
 def open_stage(path: Path) -> Any:
     """Raises LayfigureError, in one line, if there is no such file or USD cannot read it."""
     if not path.is_file():
         raise LayfigureError(f"no USD file '{path}': check the name")
     try:
-        return Usd.Stage.Open(str(path))
+        with quiet():
+            return Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
         raise LayfigureError(f"cannot read '{path}' as USD: it is broken or of another kind") from error
 
