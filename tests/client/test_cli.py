@@ -218,6 +218,8 @@ def test_cli_bad_url_fails_in_one_line(cli: Cli, url: str) -> None:
         (["preview", "a.usda"], "--out"),
         (["preview", "a.usda", "-o", "a.jpg"], "a.jpg"),
         (["preview", "a.usda", "-o", "none/a.png"], "none"),
+        (["preview", "a.usda", "-o", "a.png", "--size", "10"], "'10' is not a size"),
+        (["preview", "a.usda", "-o", "a.png", "--fps", "10"], "--fps is for GIFs"),
         (["preview", "a.usda", "-o", "a.png", "--frames", "1,x"], "1,x"),
         (["plot", "a.lcmlog", "-o", "a.svg"], "a.svg"),
         (["inspect", "a.glb"], "--out"),

@@ -123,7 +123,6 @@ def test_doll_picture_shows_both_bodies_their_section_and_a_legend(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("layfigure.doll_picture._PANEL_HEIGHT", 240)  # smaller than a user's, for speed
-    monkeypatch.setattr("layfigure.doll_picture._SAMPLES", 3)
     doll = parse_inspection(json.dumps(make_description()))
     drawn: list[tuple[int, int]] = []
     write_doll_picture(doll, tmp_path / "doll.png", lambda done, whole: drawn.append((done, whole)))
@@ -141,7 +140,6 @@ def test_doll_picture_shows_both_bodies_their_section_and_a_legend(
 
 def test_doll_picture_same_doll_gives_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("layfigure.doll_picture._PANEL_HEIGHT", 100)
-    monkeypatch.setattr("layfigure.doll_picture._SAMPLES", 1)
     doll = parse_inspection(json.dumps(make_description()))
     for name in ("a.png", "b.png"):
         write_doll_picture(doll, tmp_path / name)
@@ -152,7 +150,6 @@ def test_doll_picture_into_a_folder_that_is_not_there_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("layfigure.doll_picture._PANEL_HEIGHT", 50)
-    monkeypatch.setattr("layfigure.doll_picture._SAMPLES", 1)
     with pytest.raises(LayfigureError, match="cannot write"):
         write_doll_picture(parse_inspection(json.dumps(make_description())), tmp_path / "none" / "doll.png")
 
@@ -181,7 +178,6 @@ def test_main_inspect_draws_and_passes_remarks_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("layfigure.doll_picture._PANEL_HEIGHT", 100)
-    monkeypatch.setattr("layfigure.doll_picture._SAMPLES", 1)
     monkeypatch.chdir(tmp_path)
     program = write_inspector(tmp_path / "server", "layfigure-server: using the settings beside the character: x\n")
     assert main(["inspect", "a.glb", "-o", "doll.png", "--server", str(program)]) == 0

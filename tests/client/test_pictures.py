@@ -1,17 +1,25 @@
+import sys
+from argparse import ArgumentTypeError
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from client_support import synthetic, usd_files
 from client_support.takes import make_take
 from PIL import Image
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
+from layfigure.cli.pictures import frame_list, picture_size
 from layfigure.errors import LayfigureError, UsageError
 from layfigure.plots import write_force_plot
-from layfigure.preview import write_contact_sheet
+from layfigure.preview import write_animated_gif, write_contact_sheet
 from layfigure.protocol import Floats
 from layfigure.render.camera import View, frame_points, picture_aspect, view_axes
-from layfigure.render.scene import Scene, Surface, to_srgb
+from layfigure.render.scene import Ground, Renderer, Surface, from_srgb, to_srgb
+from layfigure.render.shapes import arrow, ball
 from layfigure.take import Take
+from layfigure.usd.reader import SkinnedStage
 from layfigure.usd.writer import write_take
 
 RANDOM = np.random.default_rng(3)
@@ -62,32 +70,86 @@ def box() -> Surface:
     return Surface(corners, triangles, np.array([0.7, 0.1, 0.1]))
 
 
-def render_box(seed: int = 0) -> Floats:
-    surface = box()
-    camera = frame_points(surface.points, 1.0, View())
-    return Scene([surface], floor=0.0, centre=np.array([0, 0, 1.0]), radius=2.0).render(camera, 64, 64, 4, seed)
+GROUND = Ground(height=0.0, centre=np.array([0.0, 0.0, 1.0]), radius=2.0)
 
 
-def test_scene_red_box_is_red_in_the_middle_and_grey_around() -> None:
-    picture = render_box()
+def render(*surfaces: Surface, size: int = 64) -> Floats:
+    camera = frame_points(box().points * [3.0, 3.0, 1.0], 1.0, View())
+    with Renderer(size, size) as renderer:
+        return np.asarray(renderer.render([*surfaces], camera, GROUND), np.float64)
+
+
+def test_renderer_red_box_is_red_in_the_middle_and_grey_around() -> None:
+    picture = render(box())
     middle, corner = picture[32, 32], picture[0, 0]
     assert middle[0] > 2.0 * middle[1]
-    assert np.ptp(corner) < 0.05
-    assert picture.min() >= 0.0
-    assert picture.max() <= 1.0
+    assert np.ptp(corner) < 15
 
 
-def test_scene_floor_is_darker_where_the_box_keeps_the_light_off() -> None:
+def test_renderer_box_throws_a_shadow_on_the_ground() -> None:
+    empty, shadowed = render(), render(box())
+    grey = np.ptp(shadowed, axis=2) < 20
+    assert (empty[grey] - shadowed[grey]).max() > 25
+
+
+def test_renderer_sides_are_shaded_differently() -> None:
+    picture = render(box(), size=200)
+    red = picture[..., 0] > 2.0 * picture[..., 1]
+    assert np.ptp(picture[red][:, 0]) > 40
+
+
+def test_renderer_colours_of_triangles_and_of_vertices_are_seen() -> None:
     surface = box()
-    camera = frame_points(surface.points * [3.0, 3.0, 1.0], 1.0, View())
-    lit = Scene([], floor=0.0, centre=np.zeros(3), radius=2.0).render(camera, 64, 64, 4)
-    shadowed = Scene([surface], floor=0.0, centre=np.zeros(3), radius=2.0).render(camera, 64, 64, 4)
-    grey = np.ptp(shadowed, axis=2) < 0.03
-    assert (lit[grey] - shadowed[grey]).max() > 0.1
+    blue_vertices = np.tile([0.0, 0.0, 0.8], (8, 1))
+    green_triangles = np.tile([0.0, 0.8, 0.0], (12, 1))
+    by_vertex = render(replace(surface, color=blue_vertices, of_vertices=True))[32, 32]
+    by_triangle = render(replace(surface, color=green_triangles))[32, 32]
+    assert by_vertex.argmax() == 2
+    assert by_triangle.argmax() == 1
 
 
-def test_scene_rendered_twice_gives_equal_pictures() -> None:
-    np.testing.assert_array_equal(render_box(), render_box())
+def test_renderer_draws_one_picture_after_the_other() -> None:
+    camera = frame_points(box().points, 1.0, View())
+    with Renderer(64, 64) as renderer:
+        pictures = [np.asarray(renderer.render(surfaces, camera, GROUND)) for surfaces in ([box()], [], [box()])]
+    np.testing.assert_array_equal(pictures[0], pictures[2])
+    assert np.abs(pictures[0].astype(int) - pictures[1]).max() > 50
+
+
+def test_renderer_without_egl_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("layfigure.render.scene._EGL", "libNoSuchThing.so.1")
+    with pytest.raises(LayfigureError, match="apt-get install libegl1 libgl1-mesa-dri"):
+        Renderer(64, 64)
+
+
+def test_renderer_without_vtk_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "layfigure.render.vtk_parts", raising=False)
+    monkeypatch.delattr("layfigure.render.vtk_parts", raising=False)
+    monkeypatch.setitem(sys.modules, "vtkmodules.vtkRenderingCore", None)
+    with pytest.raises(LayfigureError, match=r"pip install 'layfigure\[preview\]'"):
+        Renderer(64, 64)
+
+
+def test_from_srgb_undoes_to_srgb() -> None:
+    levels = np.arange(256)
+    np.testing.assert_array_equal(to_srgb(from_srgb(levels / 255.0)), levels)
+
+
+def test_arrow_reaches_from_start_to_tip() -> None:
+    start, vector = np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, -2.0])
+    points = arrow(start, vector, 0.05, np.ones(3)).points
+    np.testing.assert_allclose([points[:, 2].max(), points[:, 2].min()], [3.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(np.ptp(points[:, :2], axis=0), 2.0 * 2.4 * 0.05, rtol=0.1)
+
+
+def test_arrow_short_one_is_not_longer_than_its_vector() -> None:
+    points = arrow(np.zeros(3), np.array([1e-3, 0.0, 0.0]), 0.05, np.ones(3)).points
+    assert (points[:, 0].min(), points[:, 0].max()) == pytest.approx((0.0, 1e-3))
+
+
+def test_ball_has_its_radius_everywhere() -> None:
+    points = ball(np.ones(3), 0.2, np.ones(3)).points
+    np.testing.assert_allclose(np.linalg.norm(points - 1.0, axis=1), 0.2)
 
 
 def test_to_srgb_ends_and_middle_follow_the_curve() -> None:
@@ -129,6 +191,183 @@ def test_contact_sheet_file_without_skinned_mesh_is_refused(tmp_path: Path) -> N
         write_contact_sheet(tmp_path / "empty.usda", tmp_path / "sheet.png")
 
 
+@pytest.mark.parametrize("up_axis", ["Y", "Z"])
+@pytest.mark.parametrize("meters_per_unit", [0.01, 1.0])
+def test_contact_sheet_other_units_and_axes_give_the_same_picture(
+    tmp_path: Path, up_axis: str, meters_per_unit: float
+) -> None:
+    sheets = []
+    for number, layout in enumerate([("Y", 0.01), (up_axis, meters_per_unit)]):
+        file = usd_files.write_figure(tmp_path / f"{number}.usda", *layout, skeletons=2)
+        write_contact_sheet(file, tmp_path / f"{number}.png", [13.0], (120, 160))
+        sheets.append(np.asarray(Image.open(tmp_path / f"{number}.png")).astype(float))
+    assert np.abs(sheets[0] - sheets[1]).mean() < 1.0
+
+
+def test_contact_sheet_size_is_that_of_each_picture(tmp_path: Path) -> None:
+    file = usd_files.write_figure(tmp_path / "f.usda")
+    write_contact_sheet(file, tmp_path / "f.png", [1.0, 13.0], (200, 100))
+    width, height = Image.open(tmp_path / "f.png").size
+    assert width in (208 + 8, 2 * 208 + 8)
+    assert height > 100
+
+
+def test_contact_sheet_shows_blend_shapes(tmp_path: Path) -> None:
+    sheets = []
+    for blend_shape in (False, True):
+        file = usd_files.write_figure(tmp_path / f"{blend_shape}.usda", blend_shape=blend_shape)
+        stage = SkinnedStage(file)
+        sheets.append(stage.posed(13.0)[0].points)
+    widened = (sheets[1] - sheets[0])[[0, 1, 4, 5]]
+    np.testing.assert_allclose(np.linalg.norm(widened, axis=1), 0.2, atol=1e-6)  # at full weight, carried by the root
+
+
+def test_contact_sheet_hidden_mesh_is_not_drawn(tmp_path: Path) -> None:
+    stage = usd_files.edit(usd_files.write_figure(tmp_path / "f.usda"))
+    UsdGeom.Imageable(stage.GetPrimAtPath("/World/figure0/skin")).MakeInvisible()
+    stage.GetRootLayer().Save()
+    with pytest.raises(LayfigureError, match="holds no skinned mesh"):
+        write_contact_sheet(tmp_path / "f.usda", tmp_path / "f.png")
+
+
+def paint(stage: Usd.Stage, folder: Path, texture_name: str = "red_green.png") -> None:
+    """Red on the picture's left, green on its right; u follows x, and the material holds for all faces."""
+    pixels = np.zeros((4, 8, 3), np.uint8)
+    pixels[:, :4, 0] = pixels[:, 4:, 1] = 255
+    Image.fromarray(pixels).save(folder / "red_green.png")
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/World/figure0/skin"))
+    points = np.array(mesh.GetPointsAttr().Get())
+    uv = np.stack([(points[:, 0] > 0) * 0.8 + 0.1, np.full(len(points), 0.5)], axis=1)
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("map1", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
+    st.Set(Vt.Vec2fArray.FromNumpy(uv.astype(np.float32)))
+    material = UsdShade.Material.Define(stage, "/World/paint")
+    surface = UsdShade.Shader.Define(stage, "/World/paint/surface")
+    surface.CreateIdAttr("UsdPreviewSurface")
+    texture = UsdShade.Shader.Define(stage, "/World/paint/texture")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"./{texture_name}")
+    reader = UsdShade.Shader.Define(stage, "/World/paint/reader")
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("map1")
+    result = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(result)
+    rgb = texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).ConnectToSource(rgb)
+    material.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
+    stage.GetRootLayer().Save()
+
+
+def test_skinned_stage_textures_colour_the_triangles(tmp_path: Path) -> None:
+    paint(usd_files.edit(usd_files.write_figure(tmp_path / "f.usda")), tmp_path)
+    mesh = SkinnedStage(tmp_path / "f.usda").posed(1.0)[0]
+    middle = mesh.points[mesh.triangles].mean(axis=1)
+    assert (mesh.colors[middle[:, 0] < -0.09].argmax(axis=1) == 0).all()
+    assert (mesh.colors[middle[:, 0] > 0.09].argmax(axis=1) == 1).all()
+
+
+def test_skinned_stage_missing_texture_is_grey(tmp_path: Path) -> None:
+    paint(usd_files.edit(usd_files.write_figure(tmp_path / "f.usda")), tmp_path, "none.png")
+    assert np.ptp(SkinnedStage(tmp_path / "f.usda").posed(1.0)[0].colors) == 0.0
+
+
+def test_skinned_stage_take_has_its_materials_colour(usd: Path) -> None:
+    np.testing.assert_allclose(SkinnedStage(usd).posed(0.0)[0].colors, [[0.8, 0.5, 0.3]] * 192, atol=1e-6)
+
+
+def test_skinned_stage_joint_that_yields_marks_what_it_moves(usd: Path) -> None:
+    """LeftArm flows in the poses 10 to 19 of 60 a second: frames 4 to 7.6."""
+    stage = SkinnedStage(usd)
+    assert stage.posed(0.0)[0].flowing.max() == 0.0
+    assert stage.posed(9.0)[0].flowing.max() == 0.0
+    flowing = stage.posed(6.0)[0].flowing
+    assert flowing[: usd_tube_ring(0)].max() == 0.0
+    assert flowing.max() == 1.0
+
+
+def usd_tube_ring(number: int) -> int:
+    return (number + 1) * synthetic.SIDES
+
+
+def add_pulls(stage: Usd.Stage) -> None:
+    prim = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Animation))
+    types = Sdf.ValueTypeNames
+    prim.CreateAttribute("layfigure:heldPoints", types.Point3fArray).Set([Gf.Vec3f(0, 100, 30), Gf.Vec3f(0, 0, 0)])
+    prim.CreateAttribute("layfigure:forces", types.Vector3fArray).Set([Gf.Vec3f(0, 20, 0), Gf.Vec3f(0, 0, 0)])
+    prim.CreateAttribute("layfigure:heldJoints", types.IntArray).Set([1, -1])
+    prim.CreateAttribute("layfigure:pointers", types.IntArray).Set([2, 4])
+    stage.GetRootLayer().Save()
+
+
+def test_skinned_stage_pulls_are_in_metres_and_newtons_in_the_world(tmp_path: Path) -> None:
+    add_pulls(usd_files.edit(usd_files.write_figure(tmp_path / "f.usda")))
+    (pull,) = SkinnedStage(tmp_path / "f.usda").pulls(1.0)
+    assert pull.pointer == 2
+    np.testing.assert_allclose(pull.point, [0.0, -0.3, 1.0], atol=1e-9)
+    np.testing.assert_allclose(pull.force, [0.0, 0.0, 20.0], atol=1e-9)
+
+
+def test_contact_sheet_hand_and_its_force_are_drawn(tmp_path: Path) -> None:
+    bare = usd_files.write_figure(tmp_path / "bare.usda")
+    add_pulls(usd_files.edit(usd_files.write_figure(tmp_path / "pulled.usda")))
+    counts = []
+    for file in (bare, tmp_path / "pulled.usda"):
+        write_contact_sheet(file, tmp_path / "f.png", [1.0], (200, 300))
+        pixels = np.asarray(Image.open(tmp_path / "f.png"))[:300].astype(int)
+        coloured = pixels.max(axis=2) - pixels.min(axis=2) > 60  # the figure is grey
+        counts.append(int(coloured.sum()))
+    assert counts[0] == 0
+    assert counts[1] > 50
+
+
+def test_animated_gif_plays_as_fast_as_the_take(tmp_path: Path) -> None:
+    file = usd_files.write_figure(tmp_path / "f.usda")  # 12 frames of 1/30 s
+    frames = write_animated_gif(file, tmp_path / "f.gif", size=(60, 80), fps=15.0)
+    assert frames == [1.0, 3.0, 5.0, 7.0, 9.0, 11.0, 13.0]
+    gif = Image.open(tmp_path / "f.gif")
+    durations = []
+    for index in range(gif.n_frames):
+        gif.seek(index)
+        durations.append(gif.info["duration"])
+    assert len(durations) == 7
+    assert sum(durations) == pytest.approx(7 / 15 * 1000, abs=10)
+    assert gif.info["loop"] == 0
+    gif.seek(0)
+    first = np.asarray(gif.convert("RGB")).astype(int)
+    gif.seek(6)
+    assert np.abs(np.asarray(gif.convert("RGB")) - first).max() > 50
+
+
+@pytest.mark.parametrize(("frames", "fps", "words"), [([99.0], 10.0, "outside"), (None, 51.0, "too fast for a GIF")])
+def test_animated_gif_bad_choice_is_a_usage_error(
+    tmp_path: Path, frames: list[float] | None, fps: float, words: str
+) -> None:
+    file = usd_files.write_figure(tmp_path / "f.usda")
+    with pytest.raises(UsageError, match=words):
+        write_animated_gif(file, tmp_path / "f.gif", frames, (60, 80), fps)
+    assert not (tmp_path / "f.gif").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [("3", [3]), ("0,24.5", [0, 24.5]), ("1:4", [1, 2, 3, 4]), ("0:10:4,-2", [0, 4, 8, -2]), ("5:5", [5])],
+)
+def test_frame_list_lists_and_ranges_are_read(text: str, frames: list[float]) -> None:
+    assert frame_list(text) == frames
+
+
+@pytest.mark.parametrize("text", ["", "a", "1,,2", "4:1", "0:4:0", "0:4:-1", "1:2:3:4", "nan", "0:inf", "0:1e9"])
+def test_frame_list_others_are_refused(text: str) -> None:
+    with pytest.raises(ArgumentTypeError, match="is not a list of frames"):
+        frame_list(text)
+
+
+@pytest.mark.parametrize("text", ["", "100", "0x10", "5000x100", "ax100", "100x100x100", "-5x30"])
+def test_picture_size_others_are_refused(text: str) -> None:
+    with pytest.raises(ArgumentTypeError, match="is not a size"):
+        picture_size(text)
+
+
 def test_force_plot_draws_forces_and_joints(take: Take, tmp_path: Path) -> None:
     write_force_plot(take, tmp_path / "plot.png")
     plot = np.asarray(Image.open(tmp_path / "plot.png").convert("RGB"))
@@ -139,7 +378,5 @@ def test_force_plot_draws_forces_and_joints(take: Take, tmp_path: Path) -> None:
 
 
 def test_force_plot_take_without_pointers_is_drawn(tmp_path: Path) -> None:
-    from dataclasses import replace
-
     write_force_plot(replace(make_take(5), pointers=()), tmp_path / "plot.png")
     assert Image.open(tmp_path / "plot.png").size[0] > 1000

@@ -15,7 +15,7 @@ from layfigure.protocol import Floats
 from layfigure.render.camera import View, frame_points, picture_aspect
 from layfigure.render.picture_file import INK, PAPER, font, write_png
 from layfigure.render.polygon import triangulate
-from layfigure.render.scene import Scene, Surface, to_srgb
+from layfigure.render.scene import Renderer, Surface, ground_under, to_srgb
 
 _ELEVATION = math.radians(14.0)  # so that level sections are not seen edge-on
 _VIEWS = {
@@ -23,7 +23,6 @@ _VIEWS = {
     "left side": View(azimuth=math.radians(90.0), elevation=_ELEVATION),
 }
 _PANEL_HEIGHT = 760  # pixels
-_SAMPLES = 6  # rays per pixel
 _SKIN_OPACITY = 0.42  # of the skin over what is inside
 _ELLIPSOID_RINGS = 24
 _SECTION_THICKNESS = 0.004  # of the doll's size: a section is a thin slab, so that it is seen from all sides
@@ -103,15 +102,9 @@ def _render(inside: list[Surface], skin: list[Surface], progress: Progress) -> I
         progress(done, len(_VIEWS))
         width = round(_PANEL_HEIGHT * picture_aspect(points, view, least=0.4, most=1.4))
         camera = frame_points(points, width / _PANEL_HEIGHT, view)
-        low, high = points.min(axis=0), points.max(axis=0)
-        radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
-        layers = [
-            Scene(surfaces, floor=float(low[2]), centre=(low + high) / 2.0, radius=radius).render(
-                camera, width, _PANEL_HEIGHT, _SAMPLES
-            )
-            for surfaces in (inside, skin)
-        ]
-        yield Image.fromarray(to_srgb((1.0 - _SKIN_OPACITY) * layers[0] + _SKIN_OPACITY * layers[1]))
+        with Renderer(width, _PANEL_HEIGHT) as renderer:
+            below, above = (renderer.render(surfaces, camera, ground_under(points)) for surfaces in (inside, skin))
+        yield Image.blend(below, above, _SKIN_OPACITY)
 
 
 def _assemble(doll: InspectedDoll, colors: Floats, panels: dict[str, Image.Image]) -> Image.Image:

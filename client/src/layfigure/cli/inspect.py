@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> None:
     from layfigure.doll_picture import write_doll_picture
     from layfigure.inspection import find_server, inspect_character
 
-    check_picture_name(options.out)
+    check_picture_name(options.out, ".png")
     doll, remarks = inspect_character(find_server(options.server), options.character, options.doll)
     print(remarks, end="", file=sys.stderr)
     with ProgressLine() as line:

@@ -36,9 +36,9 @@ def channel_prefix(text: str) -> str:
     return text
 
 
-def check_picture_name(out: Path) -> None:
-    if out.suffix != ".png":
-        raise UsageError(f"'{out}': the name of a picture ends in .png")
+def check_picture_name(out: Path, *suffixes: str) -> None:
+    if out.suffix not in suffixes:
+        raise UsageError(f"'{out}': the name of a picture ends in {' or '.join(suffixes)}")
     if not out.parent.is_dir():
         raise UsageError(f"'{out}': there is no folder '{out.parent}'; make it first")
 

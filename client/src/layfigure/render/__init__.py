@@ -1,1 +1,1 @@
-"""A small ray tracer on Embree: pictures of meshes without a GPU, a display or a graphics library."""
+"""Pictures of meshes through VTK: by software alone, without a display."""

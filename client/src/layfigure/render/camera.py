@@ -21,15 +21,6 @@ class Camera:
     tan_half_width: float  # of the view angle
     tan_half_height: float
 
-    def directions(self, x: Floats, y: Floats) -> Floats:
-        """Unit ray directions (N, 3) through the picture's points x (right) and y (up), both -1 to 1 at its edges."""
-        rays = (
-            self.forward
-            + (x * self.tan_half_width)[:, None] * self.right
-            + (y * self.tan_half_height)[:, None] * self.up
-        )
-        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True), np.float64)
-
 
 @dataclass(frozen=True)
 class View:

@@ -1,164 +1,257 @@
-"""Light on meshes: one soft key light, a sky with one diffuse bounce, a floor that fades into the backdrop."""
+"""Shaded pictures of meshes on a ground that passes into the backdrop, by VTK through EGL: Mesa renders in software.
+
+VTK is loaded when the first picture is drawn: it is large, and an extra of the package.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import math
 from dataclasses import dataclass
+from types import TracebackType
 from typing import Any
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
+from PIL import Image
 
+from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
 from layfigure.render.camera import Camera
-from layfigure.usd.character_layer import vertex_normals
 
-_KEY_DIRECTION = np.array([0.75, -0.62, 1.05]) / np.linalg.norm([0.75, -0.62, 1.05])
-_KEY_COLOR = np.array([2.05, 1.92, 1.74])
-_KEY_SOFTNESS = 0.12  # radius of the light at distance 1
-_SKY_ZENITH = np.array([0.80, 0.86, 0.95])
-_SKY_HORIZON = np.array([0.62, 0.62, 0.64])
-_FLOOR_LIGHT = np.array([0.42, 0.42, 0.42])  # that the floor throws back from below
-_SKIN_LIGHT = 0.45  # part of its own colour that a surface gets from others close by
-_BACKDROP = np.array([0.80, 0.82, 0.84])
-_FLOOR_ALBEDO = np.array([0.56, 0.57, 0.58])
-_SPECULAR = 0.045
-_SHININESS = 28.0
-_EXPOSURE = 0.95
-# steps of a sequence that fills the unit cube of six dimensions evenly: powers of the root of g^7 = g + 1
-_SEQUENCE = 1.0 / 1.1127756842787055 ** np.arange(1, 7)  # pixel (2), sky (2), key light (2)
-_FADE_BEGIN, _FADE_END = 0.8, 2.2  # of the floor, in radii of the scene
+BACKDROP = np.array([0.80, 0.82, 0.84])  # sRGB
+_EGL = "libEGL.so.1"
+_OVERSAMPLING = 2  # pixels across one of the picture's: smooth edges
+_KEY_DIRECTION = np.array([0.75, -0.62, 1.05])  # towards the light; it alone casts a shadow
+_LIGHTS = (  # towards the light, intensity, colour
+    (_KEY_DIRECTION, 0.80, (1.0, 0.97, 0.92)),
+    (np.array([-1.0, -0.6, 0.7]), 0.32, (0.92, 0.96, 1.0)),
+    (np.array([0.0, 0.8, 0.6]), 0.20, (1.0, 1.0, 1.0)),
+    (np.array([0.4, -1.0, 0.1]), 0.30, (1.0, 1.0, 1.0)),
+)
+_SPECULAR, _SPECULAR_POWER = 0.12, 25.0
+_GROUND_RADIUS = 4.0  # in radii of the scene, as the next
+_GROUND_FADE = 1.2  # from here on it passes into the backdrop
+_GROUND_RINGS, _GROUND_SECTORS = 24, 96
+_GROUND_SHADE = 0.93  # in the middle, of the backdrop's brightness
+_SHADOW_SHADE = 0.72
+_GRID_SHADE = 0.84
+_GRID_CELLS = 8  # across the scene's diameter, about
+_GRID_REACH = 1.5  # of its lines from the middle, in radii of the scene
+_LIFT = 1e-3  # of what lies on the ground, in radii of the scene: in front of it for the depth buffer
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A triangle mesh of one colour (linear RGB), or of one for each triangle."""
+    """A triangle mesh of one colour (linear RGB), or of one for each triangle or vertex."""
 
     points: Floats  # (V, 3)
     triangles: Ints  # (T, 3)
-    color: Floats  # (3) or (T, 3)
+    color: Floats  # (3), (T, 3) or, if `of_vertices`, (V, 3)
+    of_vertices: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class _Hits:
-    """What the rays that hit something have hit."""
+class Ground:
+    """A level disc at `height` under what is within `radius` of `centre`."""
 
-    rays: Ints
-    points: Floats
-    normals: Floats  # smooth, towards the viewer
-    albedo: Floats
-    directions: Floats  # of the rays
-    backdrop: Floats  # how far the floor has faded, 0 to 1
+    height: float
+    centre: Floats  # (3)
+    radius: float  # > 0
 
 
-class Scene:
-    """Surfaces within `radius` of `centre`, over a floor at height `floor` that fades out around them."""
+def ground_under(points: Floats) -> Ground:
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Ground(float(low[2]), (low + high) / 2.0, max(float(np.linalg.norm(high - low)) / 2.0, 1e-6))
 
-    def __init__(self, surfaces: list[Surface], floor: float, centre: Floats, radius: float) -> None:
-        self._centre = centre
-        self._radius = radius
-        self._offset = 1e-4 * radius  # keeps secondary rays off the surface they start from
-        self._surfaces = [*surfaces, _floor(floor, centre, 8.0 * radius)]
-        self._normals = [vertex_normals(surface.points, surface.triangles) for surface in self._surfaces]
-        self._embree = EmbreeScene()
-        self._geometry = [  # Embree reads these arrays as long as the scene lives
-            TriangleMesh(self._embree, surface.points.astype(np.float32), surface.triangles.astype(np.int32))
-            for surface in self._surfaces
+
+class Renderer:
+    """Draws pictures of one size; use it in a `with` block. Raises LayfigureError if this machine cannot.
+
+    Equal scenes give equal pictures on one machine. About 0.5 s for a picture of 360 x 600 pixels and a mesh of 30 000
+    triangles, and 2 s for the first one, while shaders are compiled. Of one thread.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self._vtk = _load_vtk()
+        self._window = self._vtk.vtkEGLRenderWindow()
+        self._window.SetOffScreenRendering(True)
+        self._window.SetMultiSamples(0)
+        self._window.SetSize(_OVERSAMPLING * width, _OVERSAMPLING * height)
+        self._size = (width, height)
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._window.Finalize()
+
+    def render(self, surfaces: list[Surface], camera: Camera, ground: Ground) -> Image.Image:
+        vtk = self._vtk
+        renderer = vtk.vtkRenderer()
+        renderer.SetBackground(*BACKDROP)
+        for surface in surfaces:
+            renderer.AddActor(self._actor(surface))
+        for actor in self._ground_actors(ground, surfaces):
+            renderer.AddActor(actor)
+        _place_camera(renderer, camera)
+        self._add_lights(renderer, ground.centre)
+        self._window.AddRenderer(renderer)
+        self._window.Render()
+        picture = self._read_pixels()
+        renderer.ReleaseGraphicsResources(self._window)
+        self._window.RemoveRenderer(renderer)
+        return picture.resize(self._size, Image.Resampling.BOX)
+
+    def _actor(self, surface: Surface) -> Any:
+        vtk = self._vtk
+        data = self._poly_data(surface)
+        colors = to_srgb(surface.color)
+        mapper = vtk.vtkPolyDataMapper()
+        mapper.SetInputData(data)
+        actor = vtk.vtkActor()
+        actor.SetMapper(mapper)
+        look = actor.GetProperty()
+        if colors.ndim == 2:
+            attributes = data.GetPointData() if surface.of_vertices else data.GetCellData()
+            attributes.SetScalars(vtk.numpy_to_vtk(np.ascontiguousarray(colors), deep=True))
+        else:
+            look.SetColor(*(colors / 255.0))
+        look.SetSpecular(_SPECULAR)
+        look.SetSpecularPower(_SPECULAR_POWER)
+        return actor
+
+    def _poly_data(self, surface: Surface) -> Any:
+        vtk = self._vtk
+        points = vtk.vtkPoints()
+        points.SetData(vtk.numpy_to_vtk(np.ascontiguousarray(surface.points, np.float32), deep=True))
+        offsets = np.arange(0, 3 * len(surface.triangles) + 1, 3, dtype=np.int64)
+        corners = np.ascontiguousarray(surface.triangles, np.int64).reshape(-1)
+        cells = vtk.vtkCellArray()
+        cells.SetData(vtk.numpy_to_vtkIdTypeArray(offsets, deep=True), vtk.numpy_to_vtkIdTypeArray(corners, deep=True))
+        data = vtk.vtkPolyData()
+        data.SetPoints(points)
+        data.SetPolys(cells)
+        normals = vtk.vtkPolyDataNormals()
+        normals.SetInputData(data)
+        normals.SplittingOff()
+        normals.ConsistencyOff()
+        normals.Update()
+        return normals.GetOutput()
+
+    def _add_lights(self, renderer: Any, centre: Floats) -> None:
+        renderer.AutomaticLightCreationOff()
+        for direction, intensity, color in _LIGHTS:
+            light = self._vtk.vtkLight()
+            light.SetLightTypeToSceneLight()
+            light.SetPosition(*(centre + direction))
+            light.SetFocalPoint(*centre)
+            light.SetIntensity(intensity)
+            light.SetColor(*color)
+            renderer.AddLight(light)
+
+    def _ground_actors(self, ground: Ground, surfaces: list[Surface]) -> list[Any]:
+        """The disc, a grid and the shadows on it. They are not lit: their colours are the picture's."""
+        grid = self._vtk.vtkActor()
+        mapper = self._vtk.vtkPolyDataMapper()
+        mapper.SetInputData(self._lines(_grid(ground)))
+        grid.SetMapper(mapper)
+        grid.GetProperty().SetColor(*(_GRID_SHADE * BACKDROP))
+        grid.GetProperty().SetLineWidth(float(_OVERSAMPLING))
+        shadow_color = from_srgb(_SHADOW_SHADE * BACKDROP)
+        shadows = [
+            self._actor(Surface(_shadow(surface.points, ground), surface.triangles, shadow_color))
+            for surface in surfaces
         ]
+        actors = [self._actor(_disc(ground)), grid, *shadows]
+        for actor in actors:
+            actor.GetProperty().LightingOff()
+        return actors
 
-    def render(self, camera: Camera, width: int, height: int, samples: int, seed: int = 0) -> Floats:
-        """Linear RGB (height, width, 3), 0 to 1, of `samples` rays per pixel. Equal calls give equal pictures."""
-        pixels = height * width
-        shifts = np.random.default_rng(seed).random((pixels, len(_SEQUENCE)))
-        rows, columns = np.divmod(np.arange(pixels), width)
-        picture = np.zeros((pixels, 3))
-        for index in range(samples):
-            numbers = (shifts + (index + 1) * _SEQUENCE) % 1.0
-            x = 2.0 * (columns + numbers[:, 0]) / width - 1.0
-            y = 1.0 - 2.0 * (rows + numbers[:, 1]) / height
-            picture += self._trace(camera, camera.directions(x, y), numbers[:, 2:])
-        return (picture / samples).reshape(height, width, 3)
+    def _lines(self, ends: Floats) -> Any:
+        """Segments (N, 2, 3)."""
+        vtk = self._vtk
+        points = vtk.vtkPoints()
+        points.SetData(vtk.numpy_to_vtk(np.ascontiguousarray(ends.reshape(-1, 3), np.float32), deep=True))
+        corners = np.arange(2 * len(ends), dtype=np.int64)
+        cells = vtk.vtkCellArray()
+        offsets = np.arange(0, 2 * len(ends) + 1, 2, dtype=np.int64)
+        cells.SetData(vtk.numpy_to_vtkIdTypeArray(offsets, deep=True), vtk.numpy_to_vtkIdTypeArray(corners, deep=True))
+        data = vtk.vtkPolyData()
+        data.SetPoints(points)
+        data.SetLines(cells)
+        return data
 
-    def _trace(self, camera: Camera, directions: Floats, numbers: Floats) -> Floats:
-        colors = np.tile(_BACKDROP, (len(directions), 1))
-        origins = np.tile(camera.position, (len(directions), 1))
-        hits = self._intersect(origins, directions)
-        if len(hits.rays):
-            backdrop = hits.backdrop[:, None]
-            colors[hits.rays] = (1.0 - backdrop) * self._shade(hits, numbers[hits.rays]) + backdrop * _BACKDROP
-        return 1.0 - np.exp(-_EXPOSURE * colors)
+    def _read_pixels(self) -> Image.Image:
+        grab = self._vtk.vtkWindowToImageFilter()
+        grab.SetInput(self._window)
+        grab.ReadFrontBufferOff()
+        grab.ShouldRerenderOff()
+        grab.Update()
+        image = grab.GetOutput()
+        width, height, _ = image.GetDimensions()
+        pixels = self._vtk.vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, 3)
+        return Image.fromarray(np.ascontiguousarray(pixels[::-1]))
 
-    def _intersect(self, origins: Floats, directions: Floats) -> _Hits:
-        """Without the floor where it has faded wholly."""
-        found = self._embree.run(origins.astype(np.float32), directions.astype(np.float32), output=1)
-        points = origins + found["tfar"][:, None].astype(np.float64) * directions
-        faded = np.where(found["geomID"] == len(self._surfaces) - 1, self._fading(points), 0.0)
-        rays = np.flatnonzero((found["geomID"] >= 0) & (faded < 1.0))
-        normals, albedo = self._surface_at({name: values[rays] for name, values in found.items()})
-        normals *= np.where(np.sum(normals * directions[rays], axis=1) > 0.0, -1.0, 1.0)[:, None]
-        return _Hits(rays.astype(np.int32), points[rays], normals, albedo, directions[rays], faded[rays])
 
-    def _surface_at(self, found: dict[str, Any]) -> tuple[Floats, Floats]:
-        """Smooth normals and colours where rays have met surfaces."""
-        weights = np.stack([1.0 - found["u"] - found["v"], found["u"], found["v"]], axis=1)
-        normals, albedo = np.empty((len(weights), 3)), np.empty((len(weights), 3))
-        for index, surface in enumerate(self._surfaces):
-            mine = found["geomID"] == index
-            corners = self._normals[index][surface.triangles[found["primID"][mine]]]
-            normals[mine] = np.einsum("nk,nkd->nd", weights[mine], corners)
-            albedo[mine] = surface.color if surface.color.ndim == 1 else surface.color[found["primID"][mine]]
-        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9), albedo
+def _place_camera(renderer: Any, camera: Camera) -> None:
+    placed = renderer.GetActiveCamera()
+    placed.SetPosition(*camera.position)
+    placed.SetFocalPoint(*(camera.position + camera.forward))
+    placed.SetViewUp(*camera.up)
+    placed.SetViewAngle(math.degrees(2.0 * math.atan(camera.tan_half_height)))
+    renderer.ResetCameraClippingRange()
 
-    def _fading(self, points: Floats) -> Floats:
-        """Of the floor into the backdrop, 0 to 1, smoothly with the distance from the centre."""
-        distance = np.hypot(*(points[:, :2] - self._centre[:2]).T) / self._radius
-        part = np.clip((distance - _FADE_BEGIN) / (_FADE_END - _FADE_BEGIN), 0.0, 1.0)
-        return np.asarray(part * part * (3.0 - 2.0 * part))
 
-    def _shade(self, hits: _Hits, numbers: Floats) -> Floats:
-        origins = hits.points + self._offset * hits.normals
-        return hits.albedo * self._sky_light(hits, origins, numbers[:, :2]) + self._key_light(
-            hits, origins, numbers[:, 2:]
+def _shadow(points: Floats, ground: Ground) -> Floats:
+    """The points where the key light's rays through them meet the ground."""
+    above = points[:, 2:] - ground.height
+    fallen = np.array(points - above * (_KEY_DIRECTION / _KEY_DIRECTION[2]), np.float64)
+    fallen[:, 2] = ground.height + _LIFT * ground.radius
+    return fallen
+
+
+def _grid(ground: Ground) -> Floats:
+    """Segments (N, 2, 3), whose distance is 1, 2 or 5 times a power of ten, on multiples of it."""
+    step = _round_step(2.0 * ground.radius / _GRID_CELLS)
+    reach = _GRID_REACH * ground.radius
+    segments = []
+    for axis in (0, 1):
+        first, last = (
+            math.ceil((ground.centre[axis] - reach) / step),
+            math.floor((ground.centre[axis] + reach) / step),
         )
-
-    def _key_light(self, hits: _Hits, origins: Floats, numbers: Floats) -> Floats:
-        to_light = _KEY_DIRECTION + _KEY_SOFTNESS * _on_sphere(numbers)
-        to_light /= np.linalg.norm(to_light, axis=1, keepdims=True)
-        cosine = np.maximum(np.sum(hits.normals * to_light, axis=1), 0.0)
-        half = to_light - hits.directions
-        half /= np.linalg.norm(half, axis=1, keepdims=True)
-        shine = _SPECULAR * np.maximum(np.sum(hits.normals * half, axis=1), 0.0) ** _SHININESS * (cosine > 0.0)
-        visible = ~self._occluded(origins, to_light)
-        return np.asarray(
-            visible[:, None] * _KEY_COLOR * (hits.albedo / math.pi * 2.0 * cosine[:, None] + shine[:, None])
-        )
-
-    def _sky_light(self, hits: _Hits, origins: Floats, numbers: Floats) -> Floats:
-        """Cosine-weighted directions: sky where free, light bounced off the surroundings where not."""
-        directions = hits.normals + 0.999 * _on_sphere(numbers)
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        height = np.clip(directions[:, 2:], -1.0, 1.0)
-        sky = (1.0 - height) * _SKY_HORIZON + height * _SKY_ZENITH
-        bounced = np.where(height < 0.0, _FLOOR_LIGHT, _SKIN_LIGHT * hits.albedo)
-        return np.where(self._occluded(origins, directions)[:, None], bounced, sky)
-
-    def _occluded(self, origins: Floats, directions: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        answer = self._embree.run(origins.astype(np.float32), directions.astype(np.float32), query="OCCLUDED")
-        return np.asarray(answer) >= 0
+        for number in range(first, last + 1):
+            ends = np.tile([*ground.centre[:2], ground.height + 0.5 * _LIFT * ground.radius], (2, 1))
+            ends[:, axis] = number * step
+            ends[:, 1 - axis] += [-reach, reach]
+            segments.append(ends)
+    return np.array(segments)
 
 
-def _on_sphere(numbers: Floats) -> Floats:
-    """Evenly spread unit vectors from evenly spread pairs of numbers in 0 to 1."""
-    z, angle = 2.0 * numbers[:, 0] - 1.0, 2.0 * math.pi * numbers[:, 1]
-    radius = np.sqrt(np.maximum(1.0 - z * z, 0.0))
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+def _round_step(size: float) -> float:
+    power = 10.0 ** math.floor(math.log10(size))
+    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= size)
 
 
-def _floor(height: float, centre: Floats, half_size: float) -> Surface:
-    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half_size + centre[:2]
-    points = np.column_stack([corners, np.full(4, height)])
-    return Surface(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32), _FLOOR_ALBEDO)
+def _disc(ground: Ground) -> Surface:
+    fractions = np.linspace(0.0, 1.0, _GROUND_RINGS + 1)
+    radii, angles = np.meshgrid(
+        _GROUND_RADIUS * ground.radius * fractions**2,
+        np.linspace(0.0, 2.0 * math.pi, _GROUND_SECTORS, endpoint=False),
+        indexing="ij",
+    )
+    points = np.stack([radii * np.cos(angles), radii * np.sin(angles), np.zeros_like(radii)], axis=-1).reshape(-1, 3)
+    points += [ground.centre[0], ground.centre[1], ground.height]
+    ring, sector = (grid.ravel() for grid in np.indices((_GROUND_RINGS, _GROUND_SECTORS)))
+    a, b = ring * _GROUND_SECTORS + sector, ring * _GROUND_SECTORS + (sector + 1) % _GROUND_SECTORS
+    triangles = np.concatenate(
+        [np.stack([a, a + _GROUND_SECTORS, b], 1), np.stack([b, a + _GROUND_SECTORS, b + _GROUND_SECTORS], 1)]
+    )
+    part = np.clip((radii.ravel() / ground.radius - _GROUND_FADE) / (_GROUND_RADIUS - _GROUND_FADE), 0.0, 1.0)
+    shade = _GROUND_SHADE + (1.0 - _GROUND_SHADE) * part
+    return Surface(points, triangles.astype(np.int32), from_srgb(shade[:, None] * BACKDROP), of_vertices=True)
 
 
 def to_srgb(linear: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
@@ -166,3 +259,25 @@ def to_srgb(linear: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     clipped = np.clip(linear, 0.0, 1.0)
     curve = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
     return np.round(255.0 * curve).astype(np.uint8)
+
+
+def from_srgb(srgb: Floats) -> Floats:
+    """sRGB, 0 to 1, to linear RGB."""
+    return np.asarray(np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4), np.float64)
+
+
+def _load_vtk() -> Any:
+    """A namespace of what is needed of VTK. Raises LayfigureError that says what to install."""
+    try:
+        ctypes.CDLL(_EGL)
+    except OSError as error:
+        raise LayfigureError(
+            f"no picture can be drawn without {_EGL}: apt-get install libegl1 libgl1-mesa-dri"
+        ) from error
+    try:
+        from layfigure.render import vtk_parts
+    except ImportError as error:
+        raise LayfigureError(
+            f"no picture can be drawn without VTK ({error}): pip install 'layfigure[preview]'"
+        ) from error
+    return vtk_parts

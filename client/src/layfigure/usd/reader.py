@@ -13,8 +13,8 @@ from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
-
-_DEFAULT_COLOR = (0.6, 0.6, 0.6)
+from layfigure.usd.base_colors import triangle_colors
+from layfigure.usd.felt import Pull, read_pulls, read_yields
 
 
 @contextmanager
@@ -42,20 +42,22 @@ def open_stage(path: Path) -> Any:
 class PosedMesh:
     points: Floats  # (V, 3) world [m]
     triangles: Ints  # (T, 3)
-    color: Floats  # (3) linear RGB
+    colors: Floats  # (T, 3) linear RGB
+    flowing: Floats  # (V) 0 to 1: how far a joint that yields at this time moves the point
 
 
 class SkinnedStage:
-    """The skinned meshes of a USD file at any of its frames."""
+    """The skinned meshes of a USD file at any of its frames, blend shapes included, with what a take's hands did."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LayfigureError if the file holds no skinned mesh."""
+        """Raises LayfigureError if the file holds no skinned mesh that is seen."""
         self._stage = open_stage(path)
         self._cache = UsdSkel.Cache()
-        self._bindings = list(self._find_bindings())
-        if not self._bindings:
+        with quiet():
+            self._skins = [_Skin(skeleton, target) for skeleton, target in self._find_bindings()]
+        if not self._skins:
             raise LayfigureError(f"'{path}' holds no skinned mesh")
-        self._to_world = self._metres_z_up()
+        self._to_world = metres_z_up(self._stage)
 
     @property
     def first_frame(self) -> float:
@@ -70,46 +72,117 @@ class SkinnedStage:
         return float(self._stage.GetTimeCodesPerSecond())
 
     def posed(self, frame: float) -> list[PosedMesh]:
-        return [self._pose_mesh(skeleton, target, frame) for skeleton, target in self._bindings]
+        with quiet():
+            return [skin.posed(frame, self._to_world) for skin in self._skins]
+
+    def pulls(self, frame: float) -> list[Pull]:
+        """Of all hands that hold something at that time, if the file tells."""
+        prims = {str(prim.GetPath()): prim for skin in self._skins if (prim := skin.animation_prim())}
+        return [pull for prim in prims.values() for pull in read_pulls(prim, frame, self._to_world)]
 
     def _find_bindings(self) -> Any:
-        for prim in self._stage.Traverse():
+        everywhere = Usd.TraverseInstanceProxies()
+        for prim in Usd.PrimRange.Stage(self._stage, everywhere):
             if not prim.IsA(UsdSkel.Root):
                 continue
             root = UsdSkel.Root(prim)
-            self._cache.Populate(root, Usd.PrimDefaultPredicate)
-            for binding in self._cache.ComputeSkelBindings(root, Usd.PrimDefaultPredicate):
+            self._cache.Populate(root, everywhere)
+            for binding in self._cache.ComputeSkelBindings(root, everywhere):
                 skeleton = self._cache.GetSkelQuery(binding.GetSkeleton())
                 for target in binding.GetSkinningTargets():
-                    if target.GetPrim().IsA(UsdGeom.Mesh):
+                    if target.GetPrim().IsA(UsdGeom.Mesh) and _is_seen(target.GetPrim()):
                         yield skeleton, target
 
-    def _pose_mesh(self, skeleton: Any, target: Any, frame: float) -> PosedMesh:
-        mesh = UsdGeom.Mesh(target.GetPrim())
-        points = mesh.GetPointsAttr().Get(frame)
-        transforms = skeleton.ComputeSkinningTransforms(frame)
-        if not target.ComputeSkinnedPoints(transforms, points, frame):
-            raise LayfigureError(f"USD cannot skin '{target.GetPrim().GetPath()}': run 'layfigure check'")
-        skeleton_to_world = UsdGeom.XformCache(frame).GetLocalToWorldTransform(skeleton.GetPrim())
-        matrix = np.array(skeleton_to_world * self._to_world)
-        color = mesh.GetDisplayColorAttr().Get()
+
+def _is_seen(prim: Any) -> bool:
+    image = UsdGeom.Imageable(prim)
+    shown = image.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+    return bool(shown and image.ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible)
+
+
+class _Skin:
+    """One mesh with the skeleton that moves it."""
+
+    def __init__(self, skeleton: Any, target: Any) -> None:
+        self._skeleton, self._target = skeleton, target
+        self._mesh = UsdGeom.Mesh(target.GetPrim())
+        self._triangles, corners, faces = _triangulated(self._mesh)
+        self._colors = triangle_colors(self._mesh, self._triangles, corners, faces)
+        binding = UsdSkel.BindingAPI(target.GetPrim())
+        self._shapes: Any = UsdSkel.BlendShapeQuery(binding) if target.HasBlendShapes() else None
+        self._yields = read_yields(self.animation_prim(), list(skeleton.GetJointOrder()))
+
+    def animation_prim(self) -> Any:
+        query = self._skeleton.GetAnimQuery()
+        return query.GetPrim() if query else None
+
+    def posed(self, frame: float, to_world: Any) -> PosedMesh:
+        points = self._mesh.GetPointsAttr().Get(frame)
+        if points is None or not self._skin(points, frame):
+            raise LayfigureError(f"USD cannot skin '{self._mesh.GetPath()}': run 'layfigure check'")
+        skeleton_to_world = UsdGeom.XformCache(frame).GetLocalToWorldTransform(self._skeleton.GetPrim())
+        matrix = np.array(skeleton_to_world * to_world)
         return PosedMesh(
             points=np.array(points, np.float64) @ matrix[:3, :3] + matrix[3, :3],
-            triangles=_triangulated(mesh),
-            color=np.array(color[0] if color else _DEFAULT_COLOR, np.float64),
+            triangles=self._triangles,
+            colors=self._colors,
+            flowing=self._flowing(len(points), frame),
         )
 
-    def _metres_z_up(self) -> Any:
-        scale = Gf.Matrix4d().SetScale(UsdGeom.GetStageMetersPerUnit(self._stage))
-        if UsdGeom.GetStageUpAxis(self._stage) == UsdGeom.Tokens.z:
-            return scale
-        return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), 90.0))
+    def _skin(self, points: Any, frame: float) -> bool:
+        """In place."""
+        if self._shapes is not None and not self._add_blend_shapes(points, frame):
+            return False
+        transforms = self._skeleton.ComputeSkinningTransforms(frame)
+        return bool(transforms and self._target.ComputeSkinnedPoints(transforms, points, frame))
+
+    def _add_blend_shapes(self, points: Any, frame: float) -> bool:
+        query, mapper = self._skeleton.GetAnimQuery(), self._target.GetBlendShapeMapper()
+        weights = query.ComputeBlendShapeWeights(frame) if query and mapper else None
+        if not weights:
+            return True
+        weights = mapper.Remap(weights)
+        sub_weights, shape_indices, sub_indices = self._shapes.ComputeSubShapeWeights(weights)
+        return bool(
+            self._shapes.ComputeDeformedPoints(
+                sub_weights,
+                shape_indices,
+                sub_indices,
+                self._shapes.ComputeBlendShapePointIndices(),
+                self._shapes.ComputeSubShapePointOffsets(),
+                points,
+            )
+        )
+
+    def _flowing(self, point_count: int, frame: float) -> Floats:
+        joints = [event.joint for event in self._yields if event.start <= frame <= event.end]
+        influences = self._target.ComputeVaryingJointInfluences(point_count, frame) if joints else None
+        if not influences:
+            return np.zeros(point_count)
+        indices, weights = (np.array(values).reshape(point_count, -1) for values in influences)
+        order = self._target.GetJointOrder() or self._skeleton.GetJointOrder()
+        flowing = np.isin(indices, [number for number, joint in enumerate(order) if joint in joints])
+        return np.asarray((weights * flowing).sum(axis=1), np.float64)
 
 
-def _triangulated(mesh: Any) -> Ints:
-    """Faces as fans of triangles."""
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(), np.int32)
-    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int32)
-    starts = np.repeat(np.cumsum(counts) - counts, np.maximum(counts - 2, 0))
-    corner = np.concatenate([np.arange(1, count - 1) for count in counts]) if len(counts) else np.zeros(0, int)
-    return np.stack([indices[starts], indices[starts + corner], indices[starts + corner + 1]], axis=1)
+def metres_z_up(stage: Any) -> Any:
+    """From the stage's units and axes."""
+    scale = Gf.Matrix4d().SetScale(UsdGeom.GetStageMetersPerUnit(stage))
+    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
+        return scale
+    return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), 90.0))
+
+
+def _triangulated(mesh: Any) -> tuple[Ints, Ints, Ints]:
+    """Faces as fans of triangles: the points (T, 3), the corners of faces (T, 3) and the face (T) of each."""
+    earliest = Usd.TimeCode.EarliestTime()
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(earliest) or [], np.int32)
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(earliest) or [], np.int32)
+    fans = np.maximum(counts - 2, 0)
+    faces = np.repeat(np.arange(len(counts)), fans)
+    starts = np.repeat(np.cumsum(counts) - counts, fans)
+    step = np.concatenate([np.arange(1, count - 1) for count in counts]) if len(counts) else np.zeros(0, int)
+    corners = np.stack([starts, starts + step, starts + step + 1], axis=1).astype(np.int32)
+    if corners.size and corners.max() >= len(indices):
+        raise LayfigureError(f"'{mesh.GetPath()}' has too few vertex indices for its faces: run 'layfigure check'")
+    return indices[corners], corners, faces.astype(np.int32)
