@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from layfigure.cli.pictures import frame_list, picture_size
 from layfigure.errors import LayfigureError, UsageError
+from layfigure.loads import loads_of_take
 from layfigure.plots import write_force_plot
 from layfigure.preview import write_animated_gif, write_contact_sheet
 from layfigure.protocol import Floats
@@ -369,7 +370,7 @@ def test_picture_size_others_are_refused(text: str) -> None:
 
 
 def test_force_plot_draws_forces_and_joints(take: Take, tmp_path: Path) -> None:
-    write_force_plot(take, tmp_path / "plot.png")
+    write_force_plot(loads_of_take(take), tmp_path / "plot.png")
     plot = np.asarray(Image.open(tmp_path / "plot.png").convert("RGB"))
     assert plot.shape[1] > 1000
     blue = (plot[..., 2].astype(int) - plot[..., 0]) > 100
@@ -378,5 +379,5 @@ def test_force_plot_draws_forces_and_joints(take: Take, tmp_path: Path) -> None:
 
 
 def test_force_plot_take_without_pointers_is_drawn(tmp_path: Path) -> None:
-    write_force_plot(replace(make_take(5), pointers=()), tmp_path / "plot.png")
+    write_force_plot(loads_of_take(replace(make_take(5), pointers=())), tmp_path / "plot.png")
     assert Image.open(tmp_path / "plot.png").size[0] > 1000

@@ -11,6 +11,7 @@ from typing import Any
 from layfigure.cli.options import check_picture_name, positive
 from layfigure.cli.progress import ProgressLine
 from layfigure.errors import UsageError
+from layfigure.loads import Loads, loads_of_take
 
 PREVIEW_EPILOG = """\
 examples:
@@ -19,9 +20,11 @@ examples:
   layfigure preview take.usda -o take.gif
 """
 PLOT_EPILOG = """\
-example:
+examples:
   layfigure plot take.lcmlog -o forces.png
+  layfigure plot take.usda -o arm.png --joints 'Left*Arm' --joints Spine2
 """
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 MIN_SIZE, MAX_SIZE = 16, 4096  # pixels
 _MOST_FRAMES = 100_000  # of a range: more would only fill the memory
 
@@ -49,13 +52,20 @@ def add_parsers(subparsers: Any) -> None:
     plot = subparsers.add_parser(
         "plot",
         help="plot pointer forces and joint torques of a take",
-        description="Plots the force of each pointer, and the torque of the joints that came closest to yielding "
-        "against their yield torque, over time.",
+        description="Plots the force of each hand, and the torque of joints against their yield torque, over time: "
+        "from an event log, or from a take's USD if that keeps the torques.",
         epilog=PLOT_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    plot.add_argument("file", metavar="TAKE.lcmlog", type=Path)
+    plot.add_argument("file", metavar="TAKE.lcmlog|TAKE.usd", type=Path)
     plot.add_argument("-o", "--out", metavar="OUT.png", type=Path, required=True)
+    plot.add_argument(
+        "--joints",
+        metavar="PATTERN",
+        action="append",
+        default=[],
+        help="a name, or a pattern with * and ?; may be repeated (default: the six that came closest to yielding)",
+    )
     plot.set_defaults(run=run_plot)
 
 
@@ -80,11 +90,20 @@ def run_preview(options: argparse.Namespace) -> None:
 
 def run_plot(options: argparse.Namespace) -> None:
     from layfigure.plots import write_force_plot
-    from layfigure.take_collector import read_take
 
     check_picture_name(options.out, ".png")
-    write_force_plot(read_take(options.file), options.out)
-    print(options.out)
+    joints = write_force_plot(_read_loads(options.file), options.out, options.joints)
+    print(f"{options.out}: {len(joints)} joints")
+
+
+def _read_loads(file: Path) -> Loads:
+    if file.suffix in USD_SUFFIXES:
+        from layfigure.usd.loads_reader import loads_of_usd
+
+        return loads_of_usd(file)
+    from layfigure.take_collector import read_take
+
+    return loads_of_take(read_take(file))
 
 
 def frame_list(text: str) -> list[float]:

@@ -15,6 +15,7 @@ from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
 from layfigure.usd.base_colors import triangle_colors
 from layfigure.usd.felt import Pull, read_pulls, read_yields
+from layfigure.usd.skeleton_reader import PosedSkeleton, find_skeletons
 
 
 @contextmanager
@@ -40,6 +41,7 @@ def open_stage(path: Path) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class PosedMesh:
+    name: str  # of its prim
     points: Floats  # (V, 3) world [m]
     triangles: Ints  # (T, 3)
     colors: Floats  # (T, 3) linear RGB
@@ -49,13 +51,13 @@ class PosedMesh:
 class SkinnedStage:
     """The skinned meshes of a USD file at any of its frames, blend shapes included, with what a take's hands did."""
 
-    def __init__(self, path: Path) -> None:
-        """Raises LayfigureError if the file holds no skinned mesh that is seen."""
+    def __init__(self, path: Path, *, needs_skin: bool = True) -> None:
+        """Raises LayfigureError if the file holds no skinned mesh that is seen, unless `needs_skin` is false."""
         self._stage = open_stage(path)
         self._cache = UsdSkel.Cache()
         with quiet():
             self._skins = [_Skin(skeleton, target) for skeleton, target in self._find_bindings()]
-        if not self._skins:
+        if needs_skin and not self._skins:
             raise LayfigureError(f"'{path}' holds no skinned mesh")
         self._to_world = metres_z_up(self._stage)
 
@@ -74,6 +76,10 @@ class SkinnedStage:
     def posed(self, frame: float) -> list[PosedMesh]:
         with quiet():
             return [skin.posed(frame, self._to_world) for skin in self._skins]
+
+    def skeletons(self) -> list[PosedSkeleton]:
+        with quiet():
+            return find_skeletons(self._stage, self._to_world)
 
     def pulls(self, frame: float) -> list[Pull]:
         """Of all hands that hold something at that time, if the file tells."""
@@ -123,6 +129,7 @@ class _Skin:
         skeleton_to_world = UsdGeom.XformCache(frame).GetLocalToWorldTransform(self._skeleton.GetPrim())
         matrix = np.array(skeleton_to_world * to_world)
         return PosedMesh(
+            name=str(self._mesh.GetPrim().GetName()),
             points=np.array(points, np.float64) @ matrix[:3, :3] + matrix[3, :3],
             triangles=self._triangles,
             colors=self._colors,
