@@ -47,6 +47,25 @@ def to_matrix(q: Floats) -> Floats:
     return matrix
 
 
+def from_matrix(r: Floats) -> Floats:
+    """(..., 4) of rotation matrices (..., 3, 3), by the largest of the four components, so that none loses digits."""
+    xx, yy, zz = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
+    a, b, c = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
+    d, e, f = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
+    # 4 times the outer product of the quaternion with itself: each row is the quaternion, times one of its components
+    rows = np.stack(
+        [
+            np.stack([1.0 + xx + yy + zz, a, b, c], axis=-1),
+            np.stack([a, 1.0 + xx - yy - zz, d, e], axis=-1),
+            np.stack([b, d, 1.0 - xx + yy - zz, f], axis=-1),
+            np.stack([c, e, f, 1.0 - xx - yy + zz], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
+    return normalized(np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :])
+
+
 def normalized(q: Floats) -> Floats:
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True), np.float64)
 

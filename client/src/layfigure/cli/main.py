@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from layfigure import __version__
-from layfigure.cli import check, commands, diff, inspect, pictures, play, record
+from layfigure.cli import check, commands, convert, diff, inspect, pictures, play, record
 from layfigure.errors import LayfigureError, UsageError
 
 EPILOG = """\
@@ -22,6 +22,7 @@ examples:
   layfigure check take.usda                    validate what was written
   layfigure preview take.usda -o take.png      draw it
   layfigure diff a.usda b.usda                 tell how two takes differ
+  layfigure convert take.usda take.glb         for tools that read no USD
   layfigure inspect doll.glb -o doll.png       draw the doll that a character becomes
   layfigure status                             is a server there?
   layfigure undo                               take back what a hand has done
@@ -48,7 +49,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"layfigure {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (record, play, check, pictures, diff, inspect, commands):
+    for module in (record, play, check, pictures, diff, convert, inspect, commands):
         module.add_parsers(subparsers)
     return parser
 

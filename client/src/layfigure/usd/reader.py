@@ -48,18 +48,33 @@ class PosedMesh:
     flowing: Floats  # (V) 0 to 1: how far a joint that yields at this time moves the point
 
 
+@dataclass(frozen=True, eq=False)
+class BoundMesh:
+    """A mesh in the bind pose of its skeleton."""
+
+    name: str
+    skeleton: str  # path of its prim
+    points: Floats  # (V, 3) world [m]
+    triangles: Ints  # (T, 3)
+    colors: Floats  # (T, 3) linear RGB
+    joint_indices: Ints  # (V, K) into the skeleton's joints
+    joint_weights: Floats  # (V, K)
+    has_blend_shapes: bool
+
+
 class SkinnedStage:
     """The skinned meshes of a USD file at any of its frames, blend shapes included, with what a take's hands did."""
 
-    def __init__(self, path: Path, *, needs_skin: bool = True) -> None:
-        """Raises LayfigureError if the file holds no skinned mesh that is seen, unless `needs_skin` is false."""
+    def __init__(self, path: Path, *, needs_skin: bool = True, up_axis: str = "Z") -> None:
+        """Raises LayfigureError if the file holds no skinned mesh that is seen, unless `needs_skin` is false. All that
+        it tells is in a world in metres with `up_axis` up."""
         self._stage = open_stage(path)
         self._cache = UsdSkel.Cache()
         with quiet():
             self._skins = [_Skin(skeleton, target) for skeleton, target in self._find_bindings()]
         if needs_skin and not self._skins:
             raise LayfigureError(f"'{path}' holds no skinned mesh")
-        self._to_world = metres_z_up(self._stage)
+        self._to_world = metres(self._stage, up_axis)
 
     @property
     def first_frame(self) -> float:
@@ -80,6 +95,11 @@ class SkinnedStage:
     def skeletons(self) -> list[PosedSkeleton]:
         with quiet():
             return find_skeletons(self._stage, self._to_world)
+
+    def bound(self) -> list[BoundMesh]:
+        """The meshes as they were bound, where their skeletons stand in the first frame; without blend shapes."""
+        with quiet():
+            return [skin.bound(self.first_frame, self._to_world) for skin in self._skins]
 
     def pulls(self, frame: float) -> list[Pull]:
         """Of all hands that hold something at that time, if the file tells."""
@@ -136,6 +156,28 @@ class _Skin:
             flowing=self._flowing(len(points), frame),
         )
 
+    def bound(self, frame: float, to_world: Any) -> BoundMesh:
+        points = np.array(self._mesh.GetPointsAttr().Get(Usd.TimeCode.EarliestTime()), np.float64)
+        influences = self._target.ComputeVaryingJointInfluences(len(points), frame)
+        if not influences:
+            raise LayfigureError(f"'{self._mesh.GetPath()}' has no joint weights that fit: run 'layfigure check'")
+        indices, weights = (np.array(values).reshape(len(points), -1) for values in influences)
+        if order := self._target.GetJointOrder():
+            of_skeleton = list(self._skeleton.GetJointOrder())
+            indices = np.array([of_skeleton.index(joint) for joint in order])[indices]
+        placed = UsdGeom.XformCache(frame).GetLocalToWorldTransform(self._skeleton.GetPrim())
+        matrix = np.array(self._target.GetGeomBindTransform(frame) * placed * to_world)
+        return BoundMesh(
+            name=str(self._mesh.GetPrim().GetName()),
+            skeleton=str(self._skeleton.GetPrim().GetPath()),
+            points=points @ matrix[:3, :3] + matrix[3, :3],
+            triangles=self._triangles,
+            colors=self._colors,
+            joint_indices=indices.astype(np.int32),
+            joint_weights=weights.astype(np.float64),
+            has_blend_shapes=self._shapes is not None,
+        )
+
     def _skin(self, points: Any, frame: float) -> bool:
         """In place."""
         if self._shapes is not None and not self._add_blend_shapes(points, frame):
@@ -172,12 +214,13 @@ class _Skin:
         return np.asarray((weights * flowing).sum(axis=1), np.float64)
 
 
-def metres_z_up(stage: Any) -> Any:
-    """From the stage's units and axes."""
+def metres(stage: Any, up_axis: str) -> Any:
+    """From the stage's units and axes to metres with `up_axis`, "Y" or "Z", up."""
     scale = Gf.Matrix4d().SetScale(UsdGeom.GetStageMetersPerUnit(stage))
-    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
+    if UsdGeom.GetStageUpAxis(stage) == up_axis:
         return scale
-    return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), 90.0))
+    angle_deg = 90.0 if up_axis == "Z" else -90.0
+    return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), angle_deg))
 
 
 def _triangulated(mesh: Any) -> tuple[Ints, Ints, Ints]:

@@ -1,4 +1,4 @@
-"""Reads the skeletons of a USD file at any time: rigid joint frames in the world, in metres, Z up."""
+"""Reads the skeletons of a USD file at any time: rigid joint frames in the world, in metres."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from layfigure.protocol import Floats
 
+_SCALE_TOLERANCE = 1e-3  # half3 rounds at 5e-4
+
 
 class PosedSkeleton:
     """One Skeleton. Matrices act on column vectors and hold no scale: what the file scales is in their origins."""
 
     def __init__(self, prim: Any, to_world: Any) -> None:
-        """`to_world` takes the stage's units and axes to metres and Z up."""
+        """`to_world` takes the stage's units and axes to those of the world."""
         self._cache = UsdSkel.Cache()
         self._skeleton = UsdSkel.Skeleton(prim)
         root = UsdSkel.Root.Find(prim)
@@ -40,12 +42,22 @@ class PosedSkeleton:
         return self._rigid(self._query.GetJointWorldBindTransforms(), frame)
 
     def rest(self, frame: float) -> Floats:
-        """(J, 4, 4)."""
+        """(J, 4, 4), likewise."""
         return self._rigid(self._query.ComputeJointSkelTransforms(frame, True), frame)
 
-    def skeleton_to_world(self, frame: float) -> Floats:
-        """(4, 4), with the scale."""
-        return np.array(self._placed(frame), np.float64).T
+    def scaled_joint(self, frame: float) -> str:
+        """The first joint that has a scale of its own in that frame, empty if none has."""
+        matrices = np.array(self._query.ComputeJointSkelTransforms(frame), np.float64).reshape(-1, 4, 4)
+        sizes = np.linalg.norm(matrices[:, :3, :3], axis=2)
+        scaled = np.abs(sizes - 1.0).max(axis=1) > _SCALE_TOLERANCE
+        return self.joints[int(np.argmax(scaled))] if scaled.any() else ""
+
+    def original_names(self) -> list[str]:
+        """As the character's file had them, where a take keeps that; else the ends of the joints' paths."""
+        kept = self.prim.GetCustomDataByKey("layfigure:jointNames")
+        if kept is not None and len(kept) == len(self.joints):
+            return [str(name) for name in kept]
+        return [joint.rpartition("/")[2] for joint in self.joints]
 
     def _placed(self, frame: float) -> Any:
         return UsdGeom.XformCache(frame).GetLocalToWorldTransform(self.prim) * self._to_world

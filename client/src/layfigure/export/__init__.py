@@ -1,0 +1,1 @@
+"""Takes for tools that read no USD: glTF through pygltflib, and BVH."""
