@@ -112,7 +112,7 @@ def assert_bvh_joints_are_where_usd_has_them(usd: Path, bvh_path: Path) -> None:
     assert len(bvh.motion) == stage.last_frame - stage.first_frame + 1
     names = skeleton.original_names()
     for frame in range(len(bvh.motion)):
-        expected = skeleton.world(stage.first_frame + frame)
+        expected = skeleton.world(np.array([stage.first_frame + frame]))[0]
         for joint, world in zip(bvh.joints, bvh.frames_of(frame), strict=True):
             if not joint.is_end:
                 position = expected[names.index(joint.name), :3, 3]
@@ -140,7 +140,7 @@ def test_bvh_rotations_turn_the_rest_pose_into_the_take(usd: Path, tmp_path: Pat
     bvh = read_bvh(tmp_path / "take.bvh")
     stage = SkinnedStage(usd, up_axis="Y")
     (skeleton,) = stage.skeletons()
-    rest, posed = skeleton.rest(0.0), skeleton.world(17.0)
+    rest, posed = skeleton.rest(0.0), skeleton.world(np.array([17.0]))[0]
     names = skeleton.original_names()
     for joint, world in zip(bvh.joints, bvh.frames_of(17), strict=True):
         if not joint.is_end:

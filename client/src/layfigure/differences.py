@@ -52,8 +52,8 @@ def compare(first: Path, second: Path) -> Differences:
     """At the frames of the first. Raises LayfigureError if a file has no skeleton, or if the two cannot be compared:
     no joint is in both, or their meshes are not the same."""
     stages = (SkinnedStage(first, needs_skin=False), SkinnedStage(second, needs_skin=False))
-    joints = tuple(_joints(stage, path) for stage, path in zip(stages, (first, second), strict=True))
-    common = [name for name in joints[0] if name in joints[1]]
+    joints = (_Joints(stages[0], first), _Joints(stages[1], second))
+    common = [name for name in joints[0].names if name in joints[1].index]
     if not common:
         raise LayfigureError(f"'{first}' and '{second}' have no joint in common")
     durations = (_duration_s(stages[0]), _duration_s(stages[1]))
@@ -61,20 +61,19 @@ def compare(first: Path, second: Path) -> Differences:
     angles, distances = _Tally(), _Tally()
     for time_s in times_s:
         frames = [stage.first_frame + time_s * stage.fps for stage in stages]
-        rotations = [_rotations(stage_joints, frame) for stage_joints, frame in zip(joints, frames, strict=True)]
-        for name in common:
-            angles.add(name, np.array([_angle(rotations[0][name], rotations[1][name])]), time_s)
+        a, b = (some.rotations(frame, common) for some, frame in zip(joints, frames, strict=True))
+        angles.add(common, _angles(a, b)[:, None], time_s)
         meshes = [stage.posed(frame) for stage, frame in zip(stages, frames, strict=True)]
         _check_meshes(*meshes)
-        for a, b in zip(*meshes, strict=True):
-            distances.add(a.name, np.linalg.norm(a.points - b.points, axis=1), time_s)
+        for one, other in zip(*meshes, strict=True):
+            distances.add([one.name], np.linalg.norm(one.points - other.points, axis=1)[None], time_s)
     return Differences(
         frames=len(times_s),
         duration_s=min(durations),
         durations_s=durations,
         only_in=(
-            tuple(name for name in joints[0] if name not in joints[1]),
-            tuple(name for name in joints[1] if name not in joints[0]),
+            tuple(name for name in joints[0].names if name not in joints[1].index),
+            tuple(name for name in joints[1].names if name not in joints[0].index),
         ),
         angles=angles.worst,
         angle_rms=angles.rms,
@@ -88,50 +87,50 @@ class _Tally:
         self.worst: dict[str, Worst] = {}
         self._squares, self._count = 0.0, 0
 
-    def add(self, name: str, sizes: Floats, time_s: float) -> None:
-        largest = float(sizes.max(initial=0.0))
-        if name not in self.worst or largest > self.worst[name].size:
-            self.worst[name] = Worst(largest, name, time_s)
+    def add(self, names: list[str], sizes: Floats, time_s: float) -> None:
+        """A row for each name."""
+        for name, largest in zip(names, sizes.max(axis=1, initial=0.0).tolist(), strict=True):
+            if name not in self.worst or largest > self.worst[name].size:
+                self.worst[name] = Worst(largest, name, time_s)
         self._squares += float(np.sum(sizes**2))
-        self._count += len(sizes)
+        self._count += sizes.size
 
     @property
     def rms(self) -> float:
         return float(np.sqrt(self._squares / self._count)) if self._count else 0.0
 
 
-_Joints = dict[str, tuple[PosedSkeleton, int]]
+class _Joints:
+    """The joints of all skeletons of a file, by their names, or their paths where names repeat; with several skeletons
+    after the skeleton's number."""
+
+    def __init__(self, stage: SkinnedStage, path: Path) -> None:
+        self._skeletons = stage.skeletons()
+        if not self._skeletons:
+            raise LayfigureError(f"'{path}' holds no skeleton")
+        self.names: list[str] = []
+        for number, skeleton in enumerate(self._skeletons):
+            short = [joint.rpartition("/")[2] for joint in skeleton.joints]
+            names = short if len(set(short)) == len(short) else skeleton.joints
+            self.names += [f"{number}:{name}" for name in names] if len(self._skeletons) > 1 else names
+        self.index = {name: index for index, name in enumerate(self.names)}
+
+    def rotations(self, frame: float, names: list[str]) -> Floats:
+        """(N, 3, 3) of the named joints in their parents' frames."""
+        every = np.concatenate([_local_rotations(skeleton, frame) for skeleton in self._skeletons])
+        return np.asarray(every[[self.index[name] for name in names]])
 
 
-def _joints(stage: SkinnedStage, path: Path) -> _Joints:
-    """By the joint's name, or its path where names repeat; with several skeletons after the skeleton's number."""
-    skeletons = stage.skeletons()
-    if not skeletons:
-        raise LayfigureError(f"'{path}' holds no skeleton")
-    several = len(skeletons) > 1
-    found: _Joints = {}
-    for number, skeleton in enumerate(skeletons):
-        short = [joint.rpartition("/")[2] for joint in skeleton.joints]
-        names = short if len(set(short)) == len(short) else skeleton.joints
-        for index, name in enumerate(names):
-            found[f"{number}:{name}" if several else name] = (skeleton, index)
-    return found
+def _local_rotations(skeleton: PosedSkeleton, frame: float) -> Floats:
+    return local_matrices(skeleton.world(np.array([frame]))[0], skeleton.parents)[:, :3, :3]
 
 
-def _rotations(joints: _Joints, frame: float) -> dict[str, Floats]:
-    """(3, 3) of each joint in its parent's frame."""
-    local = {}
-    for skeleton, _ in joints.values():
-        if id(skeleton) not in local:
-            local[id(skeleton)] = local_matrices(skeleton.world(frame), skeleton.parents)
-    return {name: local[id(skeleton)][index, :3, :3] for name, (skeleton, index) in joints.items()}
-
-
-def _angle(a: Floats, b: Floats) -> float:
-    """[rad], 0 to pi; exact for small ones too: |sin| from the skew part, cos from the trace."""
-    r = a.T @ b
-    sine = 0.5 * float(np.linalg.norm([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]))
-    return float(np.arctan2(sine, 0.5 * (float(np.trace(r)) - 1.0)))
+def _angles(a: Floats, b: Floats) -> Floats:
+    """(N) [rad], 0 to pi; exact for small ones too: |sin| from the skew part, cos from the trace."""
+    r = a.swapaxes(1, 2) @ b
+    skew = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
+    cosine = 0.5 * (np.trace(r, axis1=1, axis2=2) - 1.0)
+    return np.asarray(np.arctan2(0.5 * np.linalg.norm(skew, axis=1), cosine), np.float64)
 
 
 def _duration_s(stage: SkinnedStage) -> float:

@@ -58,16 +58,13 @@ def read_clip(path: Path) -> Clip:
 
 
 def _clip_of(skeleton: PosedSkeleton, frames: Floats) -> SkeletonClip:
-    local = []
-    for frame in frames:
-        if joint := skeleton.scaled_joint(frame):
-            raise LayfigureError(f"joint '{joint}' is scaled in frame {frame:g}: only rigid joints can be exported")
-        local.append(local_matrices(skeleton.world(frame), skeleton.parents))
+    if scaled := skeleton.scaled_joint(frames):
+        raise LayfigureError(f"joint '{scaled[0]}' is scaled in frame {scaled[1]:g}: only rigid joints can be exported")
     return SkeletonClip(
         path=str(skeleton.prim.GetPath()),
         names=skeleton.original_names(),
         parents=skeleton.parents,
         bind=skeleton.bind(frames[0]),
         rest=skeleton.rest(frames[0]),
-        local=np.array(local),
+        local=local_matrices(skeleton.world(frames), skeleton.parents),
     )

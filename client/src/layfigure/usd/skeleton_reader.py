@@ -29,13 +29,9 @@ class PosedSkeleton:
         topology = UsdSkel.Topology(self.joints)
         self.parents = [int(topology.GetParent(index)) for index in range(len(self.joints))]
 
-    @property
-    def is_animated(self) -> bool:
-        return bool(self._query and self._query.GetAnimQuery())
-
-    def world(self, frame: float) -> Floats:
-        """(J, 4, 4)."""
-        return self._rigid(self._query.ComputeJointSkelTransforms(frame), frame)
+    def world(self, frames: Floats) -> Floats:
+        """(F, J, 4, 4), at F time codes."""
+        return without_scale(self._matrices(frames) @ self._placed_at(frames)).swapaxes(2, 3)
 
     def bind(self, frame: float) -> Floats:
         """(J, 4, 4), where the skeleton stands in that frame."""
@@ -45,12 +41,20 @@ class PosedSkeleton:
         """(J, 4, 4), likewise."""
         return self._rigid(self._query.ComputeJointSkelTransforms(frame, True), frame)
 
-    def scaled_joint(self, frame: float) -> str:
-        """The first joint that has a scale of its own in that frame, empty if none has."""
-        matrices = np.array(self._query.ComputeJointSkelTransforms(frame), np.float64).reshape(-1, 4, 4)
-        sizes = np.linalg.norm(matrices[:, :3, :3], axis=2)
-        scaled = np.abs(sizes - 1.0).max(axis=1) > _SCALE_TOLERANCE
-        return self.joints[int(np.argmax(scaled))] if scaled.any() else ""
+    def scaled_joint(self, frames: Floats) -> tuple[str, float] | None:
+        """The first joint that has a scale of its own, and in which frame."""
+        sizes = np.linalg.norm(self._matrices(frames)[..., :3, :3], axis=3)
+        scaled = np.argwhere(np.abs(sizes - 1.0).max(axis=2) > _SCALE_TOLERANCE)
+        return (self.joints[scaled[0, 1]], float(frames[scaled[0, 0]])) if len(scaled) else None
+
+    def _matrices(self, frames: Floats) -> Floats:
+        """(F, J, 4, 4) in the skeleton's space, as USD has them: they act on rows."""
+        matrices = [np.array(self._query.ComputeJointSkelTransforms(frame), np.float64) for frame in frames]
+        return np.array(matrices).reshape(len(frames), len(self.joints), 4, 4)
+
+    def _placed_at(self, frames: Floats) -> Floats:
+        """(F, 1, 4, 4)."""
+        return np.array([np.array(self._placed(frame), np.float64)[None] for frame in frames])
 
     def original_names(self) -> list[str]:
         """As the character's file had them, where a take keeps that; else the ends of the joints' paths."""
@@ -64,24 +68,29 @@ class PosedSkeleton:
 
     def _rigid(self, matrices: Any, frame: float) -> Floats:
         placed = np.array(self._placed(frame), np.float64)
-        return without_scale((np.array(matrices, np.float64).reshape(-1, 4, 4) @ placed).swapaxes(1, 2))
+        return without_scale(np.array(matrices, np.float64).reshape(-1, 4, 4) @ placed).swapaxes(1, 2)
 
 
 def without_scale(matrices: Floats) -> Floats:
-    """The nearest rotations, by the polar decomposition; mirrored axes are turned back."""
+    """Of matrices (..., 4, 4) that act on rows: the first axis keeps its direction, the second its plane with it, and
+    the third is that of a right-handed frame."""
     result = np.array(matrices, np.float64)
-    u, _, vt = np.linalg.svd(result[:, :3, :3])
-    u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
-    result[:, :3, :3] = u @ vt
+    x, y = result[..., 0, :3], result[..., 1, :3]
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    y = y - np.sum(x * y, axis=-1, keepdims=True) * x
+    y = y / np.linalg.norm(y, axis=-1, keepdims=True)
+    result[..., :3, :3] = np.stack([x, y, np.cross(x, y)], axis=-2)
     return result
 
 
 def local_matrices(world: Floats, parents: list[int]) -> Floats:
-    """(J, 4, 4) of each joint in its parent's frame; roots stay in the world."""
+    """(..., J, 4, 4) of each joint in its parent's frame, of rigid ones in the world; roots stay there."""
     local = world.copy()
-    for joint, parent in enumerate(parents):
-        if parent >= 0:
-            local[joint] = np.linalg.inv(world[parent]) @ world[joint]
+    children = [joint for joint, parent in enumerate(parents) if parent >= 0]
+    above = world[..., [parents[joint] for joint in children], :, :]
+    turned = above[..., :3, :3].swapaxes(-1, -2)
+    local[..., children, :3, :3] = turned @ world[..., children, :3, :3]
+    local[..., children, :3, 3:] = turned @ (world[..., children, :3, 3:] - above[..., :3, 3:])
     return local
 
 
