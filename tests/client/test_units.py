@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from client_support import usd_files
 from client_support.cli import Cli, assert_one_line_error
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from layfigure.differences import compare
 from layfigure.errors import LayfigureError
 from layfigure.take import Take
+from layfigure.take_form import Layout, TakeForm, UpAxis
 from layfigure.usd.checks import check
 from layfigure.usd.reader import SkinnedStage
-from layfigure.usd.units import UpAxis, change_units, write_in_units
+from layfigure.usd.units import change_units, write_in_units
 from layfigure.usd.writer import write_take
 
 SKIN_TOLERANCE = 2e-6  # [m] a few roundings of floats over two metres
@@ -23,7 +24,7 @@ ROOT = "/Synthetic_arm"
 
 @pytest.fixture
 def usd(take: Take, tmp_path: Path) -> Path:
-    write_take(take, tmp_path / "take.usda", 24.0)
+    write_take(take, tmp_path / "take.usda", 24.0, TakeForm(custom_data=True))
     return tmp_path / "take.usda"
 
 
@@ -108,18 +109,35 @@ def test_change_units_each_layer_of_a_take_by_itself_gives_the_same_motion(
     assert differences.worst_angle.size < ANGLE_TOLERANCE
 
 
+@pytest.mark.parametrize("layout", ["layered", "single"])
+@pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usdz"])
+@pytest.mark.parametrize(("up_axis", "meters_per_unit"), [("Y", 1.0), ("Z", 0.01), ("Y", 0.01)])
+def test_write_take_in_units_is_the_same_take(
+    usd: Path, take: Take, tmp_path: Path, layout: Layout, suffix: str, up_axis: UpAxis, meters_per_unit: float
+) -> None:
+    form = TakeForm(layout=layout, custom_data=True, up_axis=up_axis, meters_per_unit=meters_per_unit)
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write_take(take, tmp_path / name / f"take{suffix}", 24.0, form)
+    out = tmp_path / "a" / f"take{suffix}"
+    stage = Usd.Stage.Open(str(out))
+    assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == (up_axis, meters_per_unit)
+    assert [*map(str, check(out).findings)] == []
+    differences = compare(usd, out)
+    assert differences.worst_angle.size < ANGLE_TOLERANCE
+    assert differences.worst_distance is not None
+    assert differences.worst_distance.size < SKIN_TOLERANCE
+    for path in (tmp_path / "a").iterdir():  # equal takes give equal bytes
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+
+
 def test_write_in_units_turns_what_hands_did(usd: Path, tmp_path: Path) -> None:
-    stage = Usd.Stage.Open(Usd.Stage.Open(str(usd)).Flatten())
-    prim = stage.GetPrimAtPath(f"{ROOT}/Animation")
-    types = Sdf.ValueTypeNames
-    prim.CreateAttribute("layfigure:heldPoints", types.Point3fArray).Set([Gf.Vec3f(1, 2, 3)])
-    prim.CreateAttribute("layfigure:forces", types.Vector3fArray).Set([Gf.Vec3f(10, 20, 30)])
-    prim.CreateAttribute("layfigure:heldJoints", types.IntArray).Set([1])
-    stage.GetRootLayer().Export(str(tmp_path / "pulled.usdc"))
-    write_in_units(tmp_path / "pulled.usdc", tmp_path / "out.usdc", "Y", 0.01)
-    (pull,) = SkinnedStage(tmp_path / "out.usdc").pulls(3.0)
-    np.testing.assert_allclose(pull.point, [1, 2, 3], atol=1e-6)
-    np.testing.assert_allclose(pull.force, [10, 20, 30], atol=1e-5)
+    write_in_units(usd, tmp_path / "out.usdc", "Y", 0.01)
+    before, after = (SkinnedStage(path).pulls(12.0) for path in (usd, tmp_path / "out.usdc"))
+    assert len(before) == len(after) == 1
+    assert np.linalg.norm(before[0].force) > 1.0
+    np.testing.assert_allclose(after[0].point, before[0].point, atol=1e-6)
+    np.testing.assert_allclose(after[0].force, before[0].force, atol=1e-5)
 
 
 def test_write_in_units_file_of_another_tool_is_refused(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from layfigure.protocol import Bools, Character
 
 Keys = Literal["every", "marked", "reduced"]
 Layout = Literal["layered", "single"]
+UpAxis = Literal["Y", "Z"]
 
 DEFAULT_TOLERANCE_M = 0.5e-3
 _NAMES_SHOWN = 5
@@ -25,6 +26,8 @@ class TakeForm:
     layout: Layout = "layered"
     joints: tuple[str, ...] = ()  # patterns with * and ? of the joints that move; none: all do
     custom_data: bool = False  # whether torques, yielded joints and pointers' forces are written, in every frame
+    up_axis: UpAxis = "Z"
+    meters_per_unit: float = 1.0  # > 0
 
 
 def selected_joints(character: Character, patterns: tuple[str, ...]) -> Bools:

@@ -9,7 +9,7 @@ from typing import get_args
 
 from layfigure.cli.options import positive
 from layfigure.errors import UsageError
-from layfigure.take_form import DEFAULT_TOLERANCE_M, Keys, Layout, TakeForm
+from layfigure.take_form import DEFAULT_TOLERANCE_M, Keys, Layout, TakeForm, UpAxis
 
 _DEFAULT_FPS = 24.0
 _DEFAULT_TOLERANCE_MM = DEFAULT_TOLERANCE_M * 1e3
@@ -58,6 +58,14 @@ def add_take_form_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also write torques, rest rotations, yielded joints and the pointers' forces, in every frame",
     )
+    parser.add_argument("--up-axis", choices=get_args(UpAxis), default="Z", help="of the USD (default Z)")
+    parser.add_argument(
+        "--meters-per-unit",
+        metavar="M",
+        type=positive,
+        default=1.0,
+        help="the USD's unit of length, such as 0.01 for centimetres (default 1)",
+    )
     parser.add_argument(
         "--duration",
         metavar="S",
@@ -78,6 +86,8 @@ def take_form(options: argparse.Namespace) -> TakeForm:
         layout=options.layout,
         joints=tuple(options.joints),
         custom_data=options.custom_data,
+        up_axis=options.up_axis,
+        meters_per_unit=options.meters_per_unit,
     )
 
 

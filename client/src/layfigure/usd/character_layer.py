@@ -12,6 +12,7 @@ from layfigure.usd import values
 from layfigure.usd.names import joint_paths, legal_name, unique_names
 
 METERS_PER_UNIT = 1.0
+STAGE_UP_AXIS = UsdGeom.Tokens.z
 _ROUGHNESS = 0.6
 
 
@@ -24,7 +25,7 @@ def skeleton_path(character: Character) -> str:
 
 
 def set_stage_units(stage: Any) -> None:
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageUpAxis(stage, STAGE_UP_AXIS)
     UsdGeom.SetStageMetersPerUnit(stage, METERS_PER_UNIT)
 
 

@@ -11,7 +11,7 @@ import math
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
@@ -19,9 +19,8 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
 from layfigure import rotation
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Bools, Floats
+from layfigure.take_form import UpAxis
 from layfigure.usd.reader import open_stage, quiet
-
-UpAxis = Literal["Y", "Z"]
 
 
 class _Change:
@@ -143,6 +142,13 @@ def _as(type_: Any, array: Floats) -> Any:
     if type_ is Vt.Matrix4dArray:
         return Vt.Matrix4dArray([Gf.Matrix4d(matrix.tolist()) for matrix in array])
     return type_.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def rewrite_in_units(path: Path, up_axis: UpAxis, meters_per_unit: float) -> None:
+    """One layer's file; written anew, as a change that is saved would leave the old values in a crate file."""
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    change_units(layer, up_axis, meters_per_unit)
+    layer.Export(str(path))
 
 
 def write_in_units(source: Path, out: Path, up_axis: UpAxis | None, meters_per_unit: float | None) -> None:

@@ -24,12 +24,15 @@ from layfigure.take import Take
 from layfigure.take_form import TakeForm
 from layfigure.usd.animation_layer import set_stage_time, write_animation, write_animation_layer
 from layfigure.usd.character_layer import (
+    METERS_PER_UNIT,
+    STAGE_UP_AXIS,
     character_prim_path,
     set_stage_units,
     write_character,
     write_character_layer,
 )
 from layfigure.usd.failures import reason
+from layfigure.usd.units import rewrite_in_units
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 EVERY_FRAME = TakeForm()
@@ -74,6 +77,10 @@ def _write_files(scratch: Path, out: Path, animation: Animation) -> list[Path]:
     packed = out.suffix == ".usdz"
     root = scratch / (f"{out.stem}.usdc" if packed else out.name)
     layers = _write_layers(root, animation) if animation.form.layout == "layered" else _write_single(root, animation)
+    form = animation.form
+    if (form.up_axis, form.meters_per_unit) != (STAGE_UP_AXIS, METERS_PER_UNIT):
+        for layer in layers:
+            rewrite_in_units(layer, form.up_axis, form.meters_per_unit)
     if not packed:
         return layers
     for layer in layers:
