@@ -91,7 +91,9 @@ def record_session(options: argparse.Namespace, session: Path, take_file: Path, 
     server_command = [options.server, options.character, "--clock", "lockstep", "--broker", "0", *server_options]
     with running("layfigure-server", server_command) as server:
         url = wait_for_line("layfigure-server", server, "listening on ").split()[-1]
-        with running("layfigure record", layfigure("record", take_file, "--fps", FPS, "--lcm-url", url)) as recorder:
+        with running(
+            "layfigure record", layfigure("record", take_file, "--fps", FPS, "--custom-data", "--lcm-url", url)
+        ) as recorder:
             wait_for_line("layfigure record", recorder, "recording ")
             call(layfigure("play", session, "--lcm-url", url))
             call(layfigure("shutdown", "--lcm-url", url))
