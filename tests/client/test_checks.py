@@ -241,6 +241,7 @@ FOREIGN_ERRORS: list[tuple[Callable[[Usd.Stage], Any], str]] = [
     (lambda s: skin_binding(s).GetJointIndicesPrimvar().Set([9] * 72), "joint index out of range, expected 0 to 2"),
     (lambda s: skin_binding(s).GetJointWeightsPrimvar().Set([0.4] * 72), "do not sum to 1: 0.8 at vertex 0, and of 35"),
     (lambda s: skin_binding(s).GetJointWeightsPrimvar().Set([float("nan")] * 72), "do not sum to 1: nan"),
+    (lambda s: skin(s).GetPrim().RemoveProperty("points"), "has no faces"),
     (lambda s: skin_binding(s).GetSkeletonRel().ClearTargets(True), "is bound to no skeleton"),
     (lambda s: skin_binding(s).CreateJointsAttr(["root", "nobody"]), "is bound to joint 'nobody'"),
     (lambda s: skin(s).GetFaceVertexCountsAttr().Set([4] * 33), "its faces take 132 vertex indices"),

@@ -1,7 +1,9 @@
 import sys
 from argparse import ArgumentTypeError
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -229,6 +231,28 @@ def test_contact_sheet_hidden_mesh_is_not_drawn(tmp_path: Path) -> None:
     stage.GetRootLayer().Save()
     with pytest.raises(LayfigureError, match="holds no skinned mesh"):
         write_contact_sheet(tmp_path / "f.usda", tmp_path / "f.png")
+
+
+BREAKS: list[Callable[[UsdGeom.Mesh], Any]] = [
+    lambda mesh: mesh.GetPrim().RemoveProperty("points"),
+    lambda mesh: mesh.GetFaceVertexIndicesAttr().Set([999] * 136),
+    lambda mesh: mesh.GetFaceVertexCountsAttr().Set([5] * 34),
+    lambda mesh: UsdSkel.BindingAPI(mesh.GetPrim()).GetJointIndicesPrimvar().Set([9] * 72),
+    lambda mesh: UsdSkel.BindingAPI(mesh.GetPrim()).CreateJointsAttr(["root", "nobody"]),
+]
+
+
+@pytest.mark.parametrize("damage", BREAKS)
+def test_skinned_stage_broken_mesh_is_refused_in_one_line(
+    tmp_path: Path, damage: Callable[[UsdGeom.Mesh], Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    stage = usd_files.edit(usd_files.write_figure(tmp_path / "f.usda"))
+    damage(UsdGeom.Mesh(stage.GetPrimAtPath("/World/figure0/skin")))
+    stage.GetRootLayer().Save()
+    capfd.readouterr()
+    with pytest.raises(LayfigureError, match=r"^'/World/figure0/skin' .*: run 'layfigure check'$"):
+        SkinnedStage(tmp_path / "f.usda").bound()
+    assert capfd.readouterr().err == ""
 
 
 def paint(stage: Usd.Stage, folder: Path, texture_name: str = "red_green.png") -> None:

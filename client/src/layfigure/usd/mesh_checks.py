@@ -21,7 +21,8 @@ def mesh_findings(mesh: Any) -> Iterator[Finding]:
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(_EARLIEST) or [], np.int64)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(_EARLIEST) or [], np.int64)
     if not len(points) or not len(indices):
-        yield warning(where, "has no faces")
+        is_skinned = UsdSkel.BindingAPI(mesh.GetPrim()).GetJointIndicesPrimvar().HasAuthoredValue()
+        yield (error if is_skinned else warning)(where, "has no faces")
         return
     if counts.min(initial=3) < 3 or counts.sum() != len(indices):
         yield error(where, f"its faces take {counts.sum()} vertex indices, of at least 3 each; it has {len(indices)}")

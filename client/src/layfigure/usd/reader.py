@@ -133,6 +133,11 @@ class _Skin:
         self._skeleton, self._target = skeleton, target
         self._mesh = UsdGeom.Mesh(target.GetPrim())
         self._triangles, corners, faces = _triangulated(self._mesh)
+        self._bound_points = np.array(self._mesh.GetPointsAttr().Get(Usd.TimeCode.EarliestTime()) or [], np.float64)
+        if self._triangles.size and not 0 <= self._triangles.min() <= self._triangles.max() < len(self._bound_points):
+            raise LayfigureError(
+                f"'{self._mesh.GetPath()}' has faces of points it does not have: run 'layfigure check'"
+            )
         self._colors = triangle_colors(self._mesh, self._triangles, corners, faces)
         binding = UsdSkel.BindingAPI(target.GetPrim())
         self._shapes: Any = UsdSkel.BlendShapeQuery(binding) if target.HasBlendShapes() else None
@@ -157,14 +162,8 @@ class _Skin:
         )
 
     def bound(self, frame: float, to_world: Any) -> BoundMesh:
-        points = np.array(self._mesh.GetPointsAttr().Get(Usd.TimeCode.EarliestTime()), np.float64)
-        influences = self._target.ComputeVaryingJointInfluences(len(points), frame)
-        if not influences:
-            raise LayfigureError(f"'{self._mesh.GetPath()}' has no joint weights that fit: run 'layfigure check'")
-        indices, weights = (np.array(values).reshape(len(points), -1) for values in influences)
-        if order := self._target.GetJointOrder():
-            of_skeleton = list(self._skeleton.GetJointOrder())
-            indices = np.array([of_skeleton.index(joint) for joint in order])[indices]
+        points = self._bound_points
+        indices, weights = self._influences(len(points), frame)
         placed = UsdGeom.XformCache(frame).GetLocalToWorldTransform(self._skeleton.GetPrim())
         matrix = np.array(self._target.GetGeomBindTransform(frame) * placed * to_world)
         return BoundMesh(
@@ -173,10 +172,23 @@ class _Skin:
             points=points @ matrix[:3, :3] + matrix[3, :3],
             triangles=self._triangles,
             colors=self._colors,
-            joint_indices=indices.astype(np.int32),
-            joint_weights=weights.astype(np.float64),
+            joint_indices=indices,
+            joint_weights=weights,
             has_blend_shapes=self._shapes is not None,
         )
+
+    def _influences(self, point_count: int, frame: float) -> tuple[Ints, Floats]:
+        """Joints of the skeleton and weights (V, K)."""
+        influences = self._target.ComputeVaryingJointInfluences(point_count, frame)
+        of_skeleton = list(self._skeleton.GetJointOrder())
+        order = list(self._target.GetJointOrder() or of_skeleton)
+        known = set(order) <= set(of_skeleton)
+        if known and influences and point_count:
+            indices, weights = (np.array(values).reshape(point_count, -1) for values in influences)
+            if 0 <= indices.min() <= indices.max() < len(order):
+                of_order = np.array([of_skeleton.index(joint) for joint in order], np.int32)
+                return of_order[indices], weights.astype(np.float64)
+        raise LayfigureError(f"'{self._mesh.GetPath()}' has no joint weights that fit: run 'layfigure check'")
 
     def _skin(self, points: Any, frame: float) -> bool:
         """In place."""
@@ -205,12 +217,11 @@ class _Skin:
 
     def _flowing(self, point_count: int, frame: float) -> Floats:
         joints = [event.joint for event in self._yields if event.start <= frame <= event.end]
-        influences = self._target.ComputeVaryingJointInfluences(point_count, frame) if joints else None
-        if not influences:
+        if not joints:
             return np.zeros(point_count)
-        indices, weights = (np.array(values).reshape(point_count, -1) for values in influences)
-        order = self._target.GetJointOrder() or self._skeleton.GetJointOrder()
-        flowing = np.isin(indices, [number for number, joint in enumerate(order) if joint in joints])
+        indices, weights = self._influences(point_count, frame)
+        of_skeleton = list(self._skeleton.GetJointOrder())
+        flowing = np.isin(indices, [number for number, joint in enumerate(of_skeleton) if joint in joints])
         return np.asarray((weights * flowing).sum(axis=1), np.float64)
 
 
