@@ -37,6 +37,17 @@ void append(std::string& out, const dynamics::BodyState& body) {
   append(out, body.asleep);
 }
 
+void append(std::string& out, const dynamics::BodyDefinition& body) {
+  const dynamics::JointLaw& law = body.joint;
+  for (const double x : {law.stiffness, law.damping, law.flow_damping, law.yield_torque, law.hardening}) append(out, x);
+  for (const auto& v : {law.shape.stiffness, law.shape.damping, law.shape.yield}) append(out, v);
+  for (const bool locked : law.shape.locked) append(out, locked);
+  append(out, body.limits.twist_lower);
+  append(out, body.limits.twist_upper);
+  for (const double x : body.limits.swing_lower) append(out, x);
+  for (const double x : body.limits.swing_upper) append(out, x);
+}
+
 void append(std::string& out, const dynamics::State& state) {
   append(out, state.time);
   for (const dynamics::BodyState& body : state.bodies) append(out, body);
@@ -81,9 +92,10 @@ void append(std::string& out, const app::Pointer& pointer) {
 }  // namespace
 
 MessageTarget::MessageTarget()
-    : simulation_(testing::small_doll(), {1000.0, 60.0, app::ClockKind::kLockstep}),
+    : simulation_(testing::small_doll(), {.clock = app::ClockKind::kLockstep}),
       poses_(simulation_, sink_, kServerId),
-      commands_(simulation_, poses_, sink_, kServerId) {
+      snapshots_(simulation_.doll(), {}),
+      commands_(simulation_, poses_, sink_, snapshots_, kServerId) {
   poses_.publish_if_due();
   state_ = fingerprint();
 }
@@ -151,7 +163,11 @@ std::string MessageTarget::fingerprint() {
   append(out, simulation_.steps());
   append(out, simulation_.state());
   append(out, simulation_.yielding_joints());
+  append(out, simulation_.doll().definition.gravity);
+  append(out, simulation_.history().undoable());
+  append(out, simulation_.hands().pose_drives().count());
   for (std::size_t body = 0; body < simulation_.doll().definition.bodies.size(); ++body) {
+    append(out, simulation_.doll().definition.bodies[body]);
     append(out, simulation_.hands().softness().factor(static_cast<int>(body)));
   }
   append(out, simulation_.failure().size());

@@ -9,6 +9,7 @@
 #include "layfigure/app/pose_publisher.h"
 #include "layfigure/app/simulation.h"
 #include "layfigure/messaging/inbox.h"
+#include "layfigure/session/snapshots.h"
 
 namespace layfigure::fuzz {
 
@@ -61,6 +62,7 @@ class MessageTarget {
   app::Simulation simulation_;
   CountingSink sink_;
   app::PosePublisher poses_;
+  session::SnapshotFile snapshots_;  ///< without a place for one: nothing fuzzed is written
   app::CommandProcessor commands_;
   std::optional<messaging::Inbox> inbox_;
   int received_{0};  ///< by this inbox

@@ -1,8 +1,10 @@
 #include "random_messages.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "mutate.h"
 #include "sample_messages.h"
@@ -10,16 +12,54 @@
 namespace layfigure::fuzz {
 namespace {
 
-constexpr std::array kCommands{"grab",          "grab",     "touch",   "touch", "release", "pin",      "unpin", "set",
-                               "set",           "key",      "reset",   "step",  "step",    "step",     "step",  "step",
-                               "get_character", "get_mesh", "no_such", "",      "lock",    "load_pose"};
-constexpr std::array kArguments{
-    "pointer", "bone",        "point",  "stiffness", "damping",  "mode",  "reach",
-    "origin",  "direction",   "radius", "friction",  "magnet",   "hold",  "pin",
-    "scale",   "power_scale", "clutch", "base",      "softness", "count", "pointer_sequence",
-    "chunks",  "no_such"};
-constexpr std::array kTexts{"hips",  "spine", "arm", "tip",  "3dof",     "6dof",
-                            "stiff", "rigid", "",    "tail", "\xff\xfe", "a\nb"};
+constexpr std::array kCommands{"grab", "grab",   "touch", "touch",         "release",  "pin",     "unpin",
+                               "set",  "set",    "set",   "key",           "reset",    "step",    "step",
+                               "step", "step",   "step",  "get_character", "get_mesh", "no_such", "",
+                               "lock", "unlock", "undo",  "redo",          "snapshot", "mirror",  "load_pose"};
+constexpr std::array kArguments{"pointer",
+                                "bone",
+                                "point",
+                                "stiffness",
+                                "damping",
+                                "mode",
+                                "reach",
+                                "origin",
+                                "direction",
+                                "radius",
+                                "friction",
+                                "magnet",
+                                "hold",
+                                "pin",
+                                "scale",
+                                "power_scale",
+                                "clutch",
+                                "base",
+                                "softness",
+                                "count",
+                                "pointer_sequence",
+                                "chunks",
+                                "no_such",
+                                "axes",
+                                "branch",
+                                "side",
+                                "name",
+                                "action",
+                                "joints",
+                                "all",
+                                "yield_torque",
+                                "duration",
+                                "gravity",
+                                "rotations",
+                                "yield_torque.factor",
+                                "stiffness.bend_y",
+                                "hardening",
+                                "limits.twist",
+                                "limits.swing_y",
+                                "max_torque"};
+/// Arguments that are words, not numbers.
+constexpr std::array<std::string_view, 7> kWords{"bone", "mode", "hold", "axes", "side", "name", "action"};
+constexpr std::array kTexts{"hips", "spine", "arm",      "tip",  "3dof",    "6dof", "stiff", "rigid", "",      "tail",
+                            "*",    "*p*",   "\xff\xfe", "a\nb", "restore", "list", "left",  "twist", "cancel"};
 constexpr std::array kNumbers{0.0, 1.0,   2.0,    3.0,   0.008, 0.5, -1.0, 1e-300, 1e6,
                               1e9, 1e300, -1e300, 1e-12, 17.0,  0.1, 1e19, 65536.0};
 constexpr std::size_t kLongestNoise = 600;
@@ -66,7 +106,7 @@ argument_t RandomMessages::argument(const std::string& name) {
   argument.name = name;
   if (name == "count" && !once_in(8)) {
     argument.values = {static_cast<double>(below(kMostSteps + 1))};
-  } else if ((name == "bone" || name == "mode" || name == "hold") != once_in(10)) {
+  } else if ((std::ranges::find(kWords, name) != kWords.end()) != once_in(10)) {
     argument.text = text();
   } else {
     constexpr std::array<std::size_t, 8> kCounts{1, 1, 1, 1, 3, 3, 7, 2};
@@ -92,8 +132,8 @@ command_t RandomMessages::command() {
   command.client_id = client_id();
   if (once_in(50)) command.sequence = static_cast<std::int64_t>(random_());
   if (once_in(50)) command.protocol_version = static_cast<std::int32_t>(random_());
-  // grab and pin need a bone to come to anything.
-  if ((command.name == "grab" || command.name == "pin") && !once_in(4)) {
+  // grab, pin and lock need a bone to come to anything.
+  if ((command.name == "grab" || command.name == "pin" || command.name == "lock") && !once_in(4)) {
     testing::add_argument(command, testing::text_argument("bone", text()));
   }
   for (std::size_t left = below(4); left > 0; --left) {

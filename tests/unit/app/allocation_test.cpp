@@ -8,7 +8,7 @@ namespace layfigure::app {
 namespace {
 
 TEST(Advance, WithTwoGlidingGrips_DoesNotAllocate) {
-  Simulation simulation(testing::small_doll(), {1000.0, 60.0, ClockKind::kLockstep});
+  Simulation simulation(testing::small_doll(), {.clock = ClockKind::kLockstep});
   for (int id = 0; id < 2; ++id) {
     const Eigen::Vector3d held = simulation.grab({.pointer = id, .bone = 1 + id, .holds_rotation = true});
     simulation.point(id, {held + Eigen::Vector3d(0, 0, 0.1), Eigen::Quaterniond::Identity()}, "test", 1);

@@ -29,7 +29,7 @@ inline std::vector<double> result(const reply_t& reply, const std::string& name)
 class Commands : public ::testing::Test {
  protected:
   explicit Commands(ClockKind clock = ClockKind::kLockstep, doll::Doll doll = testing::small_doll())
-      : simulation_(std::move(doll), {1000.0, 60.0, clock}),
+      : simulation_(std::move(doll), {.clock = clock}),
         poses_(simulation_, sink_, 77),
         snapshots_(simulation_.doll(), {}),
         processor_(simulation_, poses_, sink_, snapshots_, 77) {

@@ -371,7 +371,7 @@ TEST_F(Commands, Shutdown_Requested) {
 /// The poses and forces of a script of two hands.
 std::vector<messaging::Bytes> play_script() {
   RecordingSink sink;
-  Simulation simulation(testing::small_doll(), {1000.0, 60.0, ClockKind::kLockstep});
+  Simulation simulation(testing::small_doll(), {.clock = ClockKind::kLockstep});
   PosePublisher poses(simulation, sink, 77);
   session::SnapshotFile snapshots(simulation.doll(), {});
   CommandProcessor processor(simulation, poses, sink, snapshots, 77);

@@ -13,7 +13,7 @@
 namespace layfigure::app {
 namespace {
 
-Simulation make_simulation() { return Simulation(testing::small_doll(), {1000.0, 60.0, ClockKind::kLockstep}); }
+Simulation make_simulation() { return Simulation(testing::small_doll(), {.clock = ClockKind::kLockstep}); }
 
 TEST(MakeCharacter, OfTheSmallDoll_DescribesEachJoint) {
   const character_t character = make_character(make_simulation(), 5, 1234);

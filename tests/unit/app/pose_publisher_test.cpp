@@ -10,7 +10,9 @@ namespace {
 
 struct Fixture {
   Fixture(double physics_hz, double pose_hz)
-      : simulation(testing::small_doll(), {physics_hz, pose_hz, ClockKind::kLockstep}), poses(simulation, sink, 77) {
+      : simulation(testing::small_doll(),
+                   {.physics_hz = physics_hz, .pose_hz = pose_hz, .clock = ClockKind::kLockstep}),
+        poses(simulation, sink, 77) {
     poses.publish_if_due();
   }
 
