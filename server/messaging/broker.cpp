@@ -164,9 +164,10 @@ void Broker::Impl::poll_once(int timeout_ms) {
 
 int Broker::Impl::next_pause_end_ms(int timeout_ms, Clock::time_point now) const {
   for (const auto& client : clients) {
-    if (client->paused_until() <= now) continue;
+    if (client->paused_until() == BrokerClient::kNoPause) continue;
+    // What was read before a pause waits for its end, also for one that has come since.
     const auto rest = std::chrono::ceil<std::chrono::milliseconds>(client->paused_until() - now);
-    const int rest_ms = static_cast<int>(rest.count());
+    const int rest_ms = std::max(0, static_cast<int>(rest.count()));
     timeout_ms = timeout_ms < 0 ? rest_ms : std::min(timeout_ms, rest_ms);
   }
   return timeout_ms;

@@ -33,9 +33,14 @@ class BrokerClient {
   [[nodiscard]] std::int64_t dropped_messages() const { return queue_.dropped(); }
 
   /// Lifts the limit on the rate of its messages.
-  void trust() { trusted_ = true; }
+  void trust() {
+    trusted_ = true;
+    paused_until_ = kNoPause;
+  }
   [[nodiscard]] bool is_trusted() const { return trusted_; }
-  /// Until when nothing is read from it, as it sent too fast: TCP then slows it down. In the past: it is read.
+  static constexpr RateLimit::Clock::time_point kNoPause{};
+  /// Until when nothing is read from it, as it sent too fast: TCP then slows it down. In the past: next_message() ends
+  /// the pause.
   [[nodiscard]] RateLimit::Clock::time_point paused_until() const { return paused_until_; }
   /// Times that it was paused.
   [[nodiscard]] std::int64_t pauses() const { return pauses_; }
@@ -69,7 +74,7 @@ class BrokerClient {
   tcpq::Parser parser_;
   RateLimit rate_{kMaxMessageRate, kMaxMessageBurst};
   bool trusted_{false};
-  RateLimit::Clock::time_point paused_until_{};
+  RateLimit::Clock::time_point paused_until_{kNoPause};
   std::int64_t pauses_{0};
   std::vector<Subscription> subscriptions_;
   std::unordered_map<std::string, bool> matches_;  ///< by channel, what the subscriptions say

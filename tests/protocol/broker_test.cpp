@@ -161,6 +161,7 @@ TEST(Broker, Flood_IsReadNoFasterThanTheRateAndLosesNothing) {
   Broker broker(0);
   LcmClient receiver(broker.url());
   receiver.subscribe("A");
+  receiver.synchronize();
   constexpr int kExcess = 40'000;
   const auto count = static_cast<std::size_t>(kMaxMessageBurst) + kExcess;
   std::string messages;

@@ -179,6 +179,7 @@ TEST(Bus, ServersOwn_MayPublishAtAnyRate) {
   auto broker = std::make_unique<Broker>(0);
   LcmClient client(broker->url());
   client.subscribe("LAYFIGURE_REPLY");
+  client.synchronize();
   const int count = static_cast<int>(kMaxMessageBurst) + 5000;
   {
     Bus bus({broker->url(), "", broker->key()}, {});

@@ -212,7 +212,7 @@ TEST_F(Commands, Set_ChangesAllOrNothing) {
            {{number_argument("base", {0, 0, nan, 1, 0, 0, 0})}, "base"},
            {{number_argument("softness", {-0.1})}, "softness"},
            {{number_argument("softness", {0.1}), number_argument("pointer", {0})}, "pointer"},
-           {{number_argument("scale", {3}), text_argument("bone", "arm")}, "softness"},
+           {{number_argument("scale", {3}), text_argument("bone", "arm")}, "something to set of its joint"},
            {{number_argument("scale", {3}), number_argument("softness", {0.1}), text_argument("bone", "hips")},
             "joint"},
            {{number_argument("scale", {3}), number_argument("magnet", {1})}, "no fingertip"}}) {
