@@ -32,7 +32,7 @@ def expect_one_line(done: subprocess.CompletedProcess[str], code: int, *words: s
         (["doll.glb", "--clock", "fast"], ["--clock", "fast", "lockstep"]),
         (["doll.glb", "--broker", "99999"], ["--broker", "99999", "65535"]),
         (["doll.glb", "--device", "phantom"], ["--device", "phantom", "spidar-g6"]),
-        (["doll.glb", "--log", "x.lcmlog"], ["--log"]),
+        (["doll.glb", "--log"], ["--log"]),
     ],
 )
 def test_options_bad_refused_with_usage_code(binary: Path, options: list[str], words: list[str]) -> None:
