@@ -33,7 +33,7 @@ from layfigure.servers import ServerWatch
 RESEND_AFTER_S = 0.5
 REPLY_TIMEOUT_S = 5.0
 MESH_TIMEOUT_S = 20.0
-_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class Connection:
@@ -81,10 +81,10 @@ class Connection:
             self.bus.wait_until(lambda: self._reply is not None, min(RESEND_AFTER_S, remaining))
         return self._reply
 
-    def send_pointer(self, pointer: int, position: Floats) -> int:
-        """Says where a pointer is to be [m, world]; returns the message's sequence number."""
+    def send_pointer(self, pointer: int, position: Floats, rotation: Floats = IDENTITY) -> int:
+        """Says where a pointer is to be [m, world] and how it is turned; returns the message's sequence number."""
         self._pointer_sequence += 1
-        message = Pointer(_wall_clock_us(), self.client_id, self._pointer_sequence, pointer, position, _IDENTITY)
+        message = Pointer(_wall_clock_us(), self.client_id, self._pointer_sequence, pointer, position, rotation)
         self.bus.publish(POINTER_CHANNEL, codec.encode_pointer(message))
         return self._pointer_sequence
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from layfigure import codec, rotation, skeleton
 from layfigure.bus import Bus
-from layfigure.connection import REPLY_TIMEOUT_S, RESEND_AFTER_S, Connection
+from layfigure.connection import REPLY_TIMEOUT_S, Connection
 from layfigure.errors import LayfigureError, NoReplyError, RefusedError
 from layfigure.expectation import Vector
 from layfigure.hand_motion import HandMotion, Scheduled
@@ -40,7 +40,7 @@ from layfigure.session import (
     Touch,
     Unpin,
 )
-from layfigure.session_clock import STEP_ATTEMPTS, LockstepClock, PointerMessages, RealtimeClock, SessionClock
+from layfigure.session_clock import LockstepClock, PointerMessages, RealtimeClock, SessionClock, wait_for_step
 
 POSE_TIMEOUT_S = 5.0
 WORLD_BASE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # a device at the world's origin: x y z w x y z
@@ -101,15 +101,7 @@ class Player:
             hand.advance(tick, clock.end_of_tick())
         clock.tick(lambda: self._send_pointers(hands))
         if isinstance(clock, LockstepClock) and self._judge is not None:
-            self._wait_for_step(clock.steps_done)
-
-    def _wait_for_step(self, step: int) -> None:
-        """A pose may come behind the reply to the step that made it; one that was lost on the way is sent again."""
-        for _ in range(STEP_ATTEMPTS):
-            if self._bus.wait_until(lambda: self._pose is not None and self._pose.step >= step, RESEND_AFTER_S):
-                return
-            self._connection.command("get_character")
-        raise NoReplyError(f"the pose of step {step} did not arrive from '{self._bus.url}'")
+            wait_for_step(self._connection, lambda: self._pose, clock.steps_done)
 
     def _observe(self, tick: int) -> None:
         if self._judge is not None:

@@ -98,6 +98,10 @@ class Recorder:
         self._bus.wait_until(lambda: False, LISTEN_FOR_RIVALS_S)
         return character
 
+    def drop_rival(self) -> None:
+        """After a TwoServersError that came out of somebody else's poll."""
+        self._collector.drop_rival()
+
     def pause(self) -> None:
         """The take ends. Its log is the caller's."""
         self._paused = True

@@ -8,12 +8,25 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Protocol
 
-from layfigure.connection import Connection
-from layfigure.errors import LayfigureError, RefusedError
-from layfigure.protocol import Argument, Character
+from layfigure.connection import REPLY_TIMEOUT_S, RESEND_AFTER_S, Connection
+from layfigure.errors import LayfigureError, NoReplyError, RefusedError
+from layfigure.protocol import Argument, Character, Pose
 
 PointerMessages = list[tuple[int, int]]  # pointer, sequence number of the message sent
 STEP_ATTEMPTS = 5
+
+
+def wait_for_step(connection: Connection, newest: Callable[[], Pose | None], step: int) -> None:
+    """Until `newest()` is of that step or a later one.
+
+    A pose may come behind the reply to the step that made it; one that was lost on the way is sent again.
+    """
+    bus = connection.bus
+    for _ in range(STEP_ATTEMPTS):
+        if bus.wait_until(lambda: (pose := newest()) is not None and pose.step >= step, RESEND_AFTER_S):
+            return
+        connection.command("get_character")
+    raise NoReplyError(f"the pose of step {step} did not arrive from '{bus.url}'")
 
 
 class SessionClock(Protocol):
@@ -47,14 +60,28 @@ class LockstepClock:
     def steps_done(self) -> int:
         return self._steps_done
 
+    @property
+    def steps_to_next_pose(self) -> int:
+        return self._next_pose_step() - self._steps_done
+
+    @property
+    def newest_pose_step(self) -> int:
+        """The step after which the newest pose that there is was made."""
+        return math.ceil(math.floor(self._steps_done / self._steps_per_pose) * self._steps_per_pose)
+
     def tick(self, send_pointers: Callable[[], PointerMessages]) -> None:
-        count = Argument("count", values=(self._next_pose_step() - self._steps_done,))
+        self.advance(self.steps_to_next_pose, send_pointers)
+
+    def advance(
+        self, steps: int, send_pointers: Callable[[], PointerMessages], timeout_s: float = REPLY_TIMEOUT_S
+    ) -> None:
+        """Orders so many steps, the first of which has the pointers that are sent."""
         for attempt in range(STEP_ATTEMPTS):
-            arguments = [count]
+            arguments = [Argument("count", values=(float(steps),))]
             if sent := send_pointers():
                 arguments.append(Argument("pointer_sequence", values=tuple(float(n) for pair in sent for n in pair)))
             try:
-                reply = self._connection.command("step", *arguments)
+                reply = self._connection.command("step", *arguments, timeout_s=timeout_s)
                 break
             except RefusedError:  # a pointer message was lost on the way
                 if attempt == STEP_ATTEMPTS - 1:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -104,10 +105,10 @@ class TakeCollector:
             self.builder.add_status(status)
 
 
-def read_take(path: Path, duration_s: float = math.inf) -> Take:
+def read_take(path: str | os.PathLike[str], duration_s: float = math.inf) -> Take:
     """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`."""
     collector = TakeCollector()
-    for event in read_events(path):
+    for event in read_events(Path(path)):
         try:
             collector.feed(event.channel, event.data)
         except ProtocolError:

@@ -45,6 +45,7 @@ class Bus:
         self.url = url or default_url()
         self._prefix = prefix
         self._handlers: list[tuple[str, Handler]] = []
+        self._subscriptions: list[lcm.LCMSubscription] = []  # those of the handlers, while it is connected
         self._inbox: list[tuple[Handler, bytes]] = []
         self._last_complaint_s = float("-inf")
         self.bad_messages = 0  # that a handler could not decode
@@ -87,6 +88,7 @@ class Bus:
     def close(self) -> None:
         with _silenced_stderr():  # lcm tries to reconnect when it is destroyed, and says so
             self._lcm = None
+            self._subscriptions.clear()
 
     def subscribe(self, channel: str, handler: Handler) -> None:
         """Calls `handler` with the bytes of each message of `channel`, from inside poll().
@@ -96,6 +98,19 @@ class Bus:
         self._handlers.append((channel, handler))
         if self._lcm is not None:
             self._subscribe(self._lcm, channel, handler)
+
+    @contextlib.contextmanager
+    def temporary_subscriptions(self) -> Iterator[None]:
+        """Whatever is subscribed in the `with` block ends with it."""
+        kept = len(self._handlers)
+        try:
+            yield
+        finally:
+            del self._handlers[kept:]
+            if self._lcm is not None:
+                for subscription in self._subscriptions[kept:]:
+                    self._lcm.unsubscribe(subscription)
+                del self._subscriptions[kept:]
 
     def publish(self, channel: str, data: bytes) -> None:
         """Raises BusError if the connection is lost."""
@@ -163,7 +178,9 @@ class Bus:
         def collect(_: str, data: bytes) -> None:  # only collects, so that nothing is raised through lcm's C code
             self._inbox.append((handler, data))
 
-        connection.subscribe(re.escape(self._prefix + channel), collect).set_queue_capacity(_QUEUE_CAPACITY)
+        subscription = connection.subscribe(re.escape(self._prefix + channel), collect)
+        subscription.set_queue_capacity(_QUEUE_CAPACITY)
+        self._subscriptions.append(subscription)
 
 
 def _warn_of_network(url: str) -> None:
