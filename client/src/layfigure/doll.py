@@ -122,7 +122,7 @@ class Doll:
     def meshes(self) -> tuple[Mesh, ...]:
         """The skin in the bind pose, fetched once, within 20 s. Raises NoReplyError."""
         if self._meshes is None:
-            self._get_ready()
+            self._catch_up()
             self._meshes = self._connection.fetch_meshes(self.character, MESH_TIMEOUT_S)
         return self._meshes
 
@@ -135,18 +135,18 @@ class Doll:
 
     def pose(self) -> Pose:
         """The newest pose that has arrived. Does not wait."""
-        self._drain()
+        self._catch_up()
         assert self._pose is not None
         return self._pose
 
     def force(self, pointer: int) -> Force | None:
         """The newest force on a pointer that has arrived; None if there was none. Does not wait."""
-        self._drain()
+        self._catch_up()
         return self._forces.get(pointer)
 
     def status(self, timeout_s: float = REPLY_TIMEOUT_S) -> Status:
         """The next heartbeat; there are ten in a second. Raises NoReplyError."""
-        self._get_ready()
+        self._catch_up()
         return self._connection.wait_for_status(timeout_s)
 
     def command(self, name: str, /, *, timeout_s: float = REPLY_TIMEOUT_S, **values: ArgumentValue) -> Reply:
@@ -160,7 +160,7 @@ class Doll:
         UsageError for a value that cannot be sent.
         """
         given = arguments(name, values)
-        self._get_ready()
+        self._catch_up()
         return self._connection.command(name, *given, timeout_s=timeout_s)
 
     def move_pointer(self, pointer: int, where: ArrayLike) -> None:
@@ -170,7 +170,7 @@ class Doll:
         Raises UsageError for other than three or seven finite numbers.
         """
         position, rotation = _placement(pointer, where)
-        self._get_ready()
+        self._catch_up()
         self._connection.send_pointer(pointer, position, rotation)
 
     def next_pose(self, pointers: Pointers | None = None, *, timeout_s: float = REPLY_TIMEOUT_S) -> Pose:
@@ -206,10 +206,10 @@ class Doll:
         With `newest` a slow loop gets the newest pose each time, and not those in between. A lost server is waited for;
         NoReplyError if no pose comes within `timeout_s`, as in lockstep unless somebody orders steps.
         """
-        self._get_ready()
+        self._catch_up()
         stream = PoseStream(
             functools.partial(self._wait, timeout_s=timeout_s),
-            self._drain_if_connected,
+            self._catch_up_if_it_can,
             lambda: self._server_left,
             newest=newest,
         )
@@ -221,7 +221,7 @@ class Doll:
 
         Raises BusError if the connection is lost at the end of it.
         """
-        self._get_ready()
+        self._catch_up()
         self._listen(lambda: False, seconds)
         if not self._bus.connected:
             raise BusError(f"lost the connection to '{self._bus.url}'")
@@ -240,7 +240,7 @@ class Doll:
             raise UsageError(f"'{out}': expected the name of an event log, .lcmlog, in a folder that is there")
         if self._recording is not None:
             raise UsageError("a take is being recorded already: end its block first")
-        self._get_ready()
+        self._catch_up()
         recorder = self._begin_recording(out)
         self._recording = recording = Recording(recorder, out)
         try:
@@ -259,7 +259,7 @@ class Doll:
         read or played; hands then let go.
         """
         script = session if isinstance(session, Session) else load_session(Path(session))
-        self._get_ready()
+        self._catch_up()
         with self._bus.temporary_subscriptions():
             return Player(self._bus, script).play(stop, lambda _done, _all: None)
 
@@ -274,19 +274,17 @@ class Doll:
         if self._closed:
             raise UsageError("this doll is closed: connect again")
 
-    def _get_ready(self) -> None:
+    def _catch_up(self) -> None:
+        """Takes what has come, and reconnects if the connection turns out to be lost."""
         self._check_use()
-        if not self._bus.connected:
+        try:
+            self._bus.poll(0.0)
+        except BusError:
             self._bus.connect()
 
-    def _drain(self) -> None:
-        """Takes what has come."""
-        self._get_ready()
-        self._bus.poll(0.0)
-
-    def _drain_if_connected(self) -> None:
+    def _catch_up_if_it_can(self) -> None:
         with contextlib.suppress(BusError):
-            self._drain()
+            self._catch_up()
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> None:
         self._check_use()
@@ -315,7 +313,7 @@ class Doll:
 
     def _advance(self, count: int | None, pointers: Pointers, timeout_s: float) -> Pose:
         placements = {pointer: _placement(pointer, where) for pointer, where in pointers.items()}
-        self._drain()
+        self._catch_up()
         clock = LockstepClock(self._connection, self.character, self._steps_done)
 
         def send_pointers() -> list[tuple[int, int]]:
