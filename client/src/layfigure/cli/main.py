@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from layfigure import __version__
 from layfigure.cli import check, commands, convert, diff, inspect, pictures, play, record
+from layfigure.cli.completion import add_completion_option
 from layfigure.errors import LayfigureError, UsageError
 
 EPILOG = """\
@@ -27,6 +28,7 @@ examples:
   layfigure status                             is a server there?
   layfigure undo                               take back what a hand has done
   layfigure snapshot standing                  keep the doll as it is
+  layfigure --print-completion bash > ~/.local/share/bash-completion/completions/layfigure
 
 Without --lcm-url the bus is $LCM_DEFAULT_URL, else LCM's multicast on this machine.
 'layfigure COMMAND --help' tells more of each.
@@ -48,6 +50,7 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"layfigure {__version__}")
+    add_completion_option(parser)
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for module in (record, play, check, pictures, diff, convert, inspect, commands):
         module.add_parsers(subparsers)

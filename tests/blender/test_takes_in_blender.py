@@ -1,0 +1,145 @@
+"""Takes as Blender imports them: bones and skin stand where the server's poses have them, in all frames.
+
+They run where there is a Python with the package bpy, a wheel of 374 MB that needs a NumPy of its own:
+
+    python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy==5.0.1
+    LAYFIGURE_BPY_PYTHON=build/bpy/bin/python python -m pytest tests/blender
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import layfigure
+from layfigure import skeleton
+from layfigure.skinning import Skin
+from layfigure.usd.names import joint_paths, unique_names
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+sys.path.append(str(REPOSITORY / "tests/server"))  # one way to start a server for all tests
+from server_support.process import ServerProcess  # noqa: E402
+
+SCRIPT = Path(__file__).parent / "blender_support/import_take.py"
+IMPORT_TIMEOUT_S = 600.0
+FRAMES = 1000
+POSE_HZ = 60.0
+HEAD_TOLERANCE = 1e-5  # [m] what animators need; single precision in Blender's chains of bones takes 1e-6
+SKIN_TOLERANCE = 1e-4  # [m] likewise; Blender keeps and blends weights in single precision
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Units:
+    up_axis: str
+    meters_per_unit: float
+
+    def __str__(self) -> str:
+        return f"{self.up_axis}-{self.meters_per_unit:g}"
+
+
+TAKES_OWN = Units("Z", 1.0)
+ALL_UNITS = [TAKES_OWN, Units("Y", 1.0), Units("Z", 0.01), Units("Y", 0.01)]
+
+
+@pytest.fixture(scope="session")
+def bpy_python() -> Path:
+    path = Path(os.environ.get("LAYFIGURE_BPY_PYTHON", sys.executable))
+    found = subprocess.run([path, "-c", "import bpy"], capture_output=True, check=False).returncode == 0
+    if not found:
+        pytest.skip(f"no bpy in {path}: name a Python with it in LAYFIGURE_BPY_PYTHON, see {Path(__file__).name}")
+    return path
+
+
+@pytest.fixture(scope="session")
+def take(bpy_python: Path, binary: Path, character: Path, tmp_path_factory: pytest.TempPathFactory) -> layfigure.Take:
+    """A hand leads the doll's left hand round and round, past the yield of its arm, while another bends the trunk."""
+    command = [binary, character, "--clock", "lockstep", "--broker", "0", "--pose-hz", POSE_HZ]
+    with ServerProcess(list(map(str, command))) as server, layfigure.connect(server.url) as doll:
+        places = layfigure.world_poses(doll.character, doll.pose())[1]
+        hand, chest = places[doll.joint("hand.L")], places[doll.joint("chest")]
+        for pointer, bone, place in ((0, "hand.L", hand), (1, "chest", chest)):
+            doll.move_pointer(pointer, place)
+            doll.command("grab", pointer=pointer, bone=bone, point=[0.0, 0.0, 0.0])
+        with doll.record(tmp_path_factory.mktemp("take") / "take.lcmlog") as recording:
+            for frame in range(1, FRAMES):
+                turn = 2.0 * np.pi * frame / 200.0
+                reach = 0.08 * np.array([0.2 * np.sin(turn), np.cos(turn) - 1.0, np.sin(2.0 * turn)])
+                bend = 0.02 * np.array([0.0, np.sin(0.5 * turn), 0.0])
+                doll.next_pose({0: hand + reach, 1: chest + bend})
+    assert len(recording.take.times_us) == FRAMES
+    return recording.take
+
+
+@pytest.fixture(scope="session")
+def skinned(take: layfigure.Take) -> tuple[np.ndarray, np.ndarray]:
+    """Joints (F, J, 3) and vertices of all meshes (F, V, 3) of the server's poses."""
+    skin = Skin(take.character, take.meshes)
+    rotations, positions = skeleton.world_poses(take.character, take.root_translations, take.rotations)
+    return positions, skin.skin(skin.motions(rotations, positions))
+
+
+@pytest.fixture(scope="session")
+def usd(take: layfigure.Take, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return layfigure.write_usd(take, tmp_path_factory.mktemp("usd") / "take.usda", fps=POSE_HZ)
+
+
+def in_units(usd: Path, units: Units, folder: Path) -> Path:
+    if units == TAKES_OWN:
+        return usd
+    pytest.importorskip("layfigure.usd.units", reason="takes have the units of the server's world only")
+    out = folder / "converted.usdc"
+    options = ["--up-axis", units.up_axis, "--meters-per-unit", f"{units.meters_per_unit:g}"]
+    subprocess.run([sys.executable, "-m", "layfigure", "convert", usd, out, *options], check=True)
+    return out
+
+
+def imported(bpy_python: Path, usd: Path, folder: Path) -> Mapping[str, np.ndarray]:
+    out = folder / "imported.npz"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [bpy_python, SCRIPT, usd, out]
+    result = subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=IMPORT_TIMEOUT_S, check=False
+    )
+    assert out.is_file(), result.stdout + result.stderr
+    with np.load(out) as arrays:
+        return dict(arrays)
+
+
+def farthest(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.linalg.norm(a - b, axis=-1).max())
+
+
+@pytest.mark.parametrize("units", ALL_UNITS, ids=str)
+def test_blender_poses_bones_and_skin_as_the_server_does(
+    units: Units,
+    bpy_python: Path,
+    take: layfigure.Take,
+    skinned: tuple[np.ndarray, np.ndarray],
+    usd: Path,
+    tmp_path: Path,
+) -> None:
+    blender = imported(bpy_python, in_units(usd, units, tmp_path), tmp_path)
+    positions, vertices = skinned
+
+    joints = take.character.joints
+    names = [path.rpartition("/")[2] for path in joint_paths([j.name for j in joints], [j.parent for j in joints])]
+    order = [blender["bones"].tolist().index(name) for name in names]
+    heads = blender["heads"][:, order]
+    mesh_names = list(unique_names((mesh.name for mesh in take.meshes), "mesh"))
+    of_meshes = [blender[f"vertices_{blender['meshes'].tolist().index(name)}"] for name in mesh_names]
+
+    assert heads.shape == positions.shape
+    assert farthest(positions, positions[:1]) > 0.1  # it moves
+    head_error, skin_error = farthest(heads, positions), farthest(np.concatenate(of_meshes, axis=1), vertices)
+    print(f"{units}: heads {head_error:.2e} m, skin {skin_error:.2e} m over {len(heads)} frames")
+    assert head_error < HEAD_TOLERANCE
+    assert skin_error < SKIN_TOLERANCE
