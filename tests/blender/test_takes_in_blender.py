@@ -30,7 +30,7 @@ from server_support.process import ServerProcess  # noqa: E402
 SCRIPT = Path(__file__).parent / "blender_support/import_take.py"
 IMPORT_TIMEOUT_S = 600.0
 FRAMES = 1000
-POSE_HZ = 60.0
+POSE_HZ = 50.0  # every 20 steps: a pose falls on each frame, so that frames are poses and nothing is between them
 HEAD_TOLERANCE = 1e-5  # [m] what animators need; single precision in Blender's chains of bones takes 1e-6
 SKIN_TOLERANCE = 1e-4  # [m] likewise; Blender keeps and blends weights in single precision
 

@@ -68,8 +68,7 @@ def test_zsh_script_is_for_the_command_and_parses(cli: Cli, tmp_path: Path) -> N
     result = cli("--print-completion", "zsh")
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.startswith("#compdef layfigure\n")
-    assert all(f'
-      "{name}:' in result.stdout or f'{name}' in result.stdout for name in COMMANDS)
+    assert all(f"\n    {name}:'" in result.stdout for name in COMMANDS)
     if zsh := shutil.which("zsh"):
         script = tmp_path / "_layfigure"
         script.write_text(result.stdout)
