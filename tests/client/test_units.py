@@ -131,6 +131,14 @@ def test_write_take_in_units_is_the_same_take(
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
 
 
+def test_write_take_in_units_in_layers_says_nothing(
+    take: Take, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Each layer is rewritten by itself: USD is not to look for those that it names."""
+    write_take(take, tmp_path / "take.usda", 24.0, TakeForm(up_axis="Y", meters_per_unit=0.01))
+    assert capfd.readouterr() == ("", "")
+
+
 def test_write_in_units_turns_what_hands_did(usd: Path, tmp_path: Path) -> None:
     write_in_units(usd, tmp_path / "out.usdc", "Y", 0.01)
     before, after = (SkinnedStage(path).pulls(12.0) for path in (usd, tmp_path / "out.usdc"))

@@ -10,7 +10,7 @@ from typing import get_args
 
 from layfigure.errors import UsageError
 from layfigure.take import Take
-from layfigure.take_form import DEFAULT_TOLERANCE_M, Keys, Layout, TakeForm
+from layfigure.take_form import DEFAULT_TOLERANCE_M, Keys, Layout, TakeForm, UpAxis
 
 
 def write_usd(
@@ -23,8 +23,10 @@ def write_usd(
     layout: Layout = "layered",
     joints: Sequence[str] = (),
     custom_data: bool = False,
+    up_axis: UpAxis = "Z",
+    meters_per_unit: float = 1.0,
 ) -> Path:
-    """Writes a take as a UsdSkel animation of the skinned character, Z up, in metres; returns the file's path.
+    """Writes a take as a UsdSkel animation of the skinned character; returns the file's path.
 
     `out` ends in .usd, .usda, .usdc or .usdz. With the layout "layered" it is a small layer over two others beside it,
     OUT.character.usdc and OUT.anim.usdc, with "single" all is in it. Files of these names are replaced, each when its
@@ -33,7 +35,7 @@ def write_usd(
     `keys`: "every" frame; those at the "marked" moments, of the command `key`; or "reduced", the fewest with which no
     vertex of the skin is in any frame more than `tolerance_m` [m, > 0] off. `joints`: patterns with * and ? of those
     that move, the others stay at rest. `custom_data`: torques, rest rotations, yielded joints and the pointers' forces
-    as attributes `layfigure:..` too.
+    as attributes `layfigure:..` too. `up_axis` and `meters_per_unit` (0.01: centimetres) are those of the file.
 
     Raises UsageError for an argument that makes no sense, LayfigureError if the take has no key or the files cannot be
     written. Takes of different files may be written in different threads.
@@ -42,13 +44,16 @@ def write_usd(
 
     _check_positive("fps", fps)
     _check_positive("tolerance_m", tolerance_m)
+    _check_positive("meters_per_unit", meters_per_unit)
+    _check_choice("up_axis", up_axis, get_args(UpAxis))
     _check_choice("keys", keys, get_args(Keys))
     _check_choice("layout", layout, get_args(Layout))
     if isinstance(joints, str):
         raise UsageError(f"joints is '{joints}': expected a list of names or patterns, ['{joints}']")
     path = Path(out)
     check_output(path)
-    write_take(take, path, fps, TakeForm(keys, tolerance_m, layout, tuple(joints), custom_data))
+    form = TakeForm(keys, tolerance_m, layout, tuple(joints), custom_data, up_axis, meters_per_unit)
+    write_take(take, path, fps, form)
     return path
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
+from pxr import Gf, Sdf, Tf, UsdGeom, UsdUtils, Vt
 
 from layfigure import rotation
 from layfigure.errors import LayfigureError
@@ -95,9 +95,9 @@ def change_units(layer: Any, up_axis: UpAxis, meters_per_unit: float) -> None:
 
     Raises LayfigureError if a prim is placed by transform operations, which other tools do and takes never have.
     """
-    stage = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
-    scale = UsdGeom.GetStageMetersPerUnit(stage) / meters_per_unit
-    turns = (up_axis == "Z") - (UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z)
+    metadata = layer.pseudoRoot  # not of a stage, which would look for the layers that this one names
+    scale = metadata.GetInfo(UsdGeom.Tokens.metersPerUnit) / meters_per_unit
+    turns = (up_axis == "Z") - (metadata.GetInfo(UsdGeom.Tokens.upAxis) == UsdGeom.Tokens.z)
     change = _Change(scale, turns)
     with Sdf.ChangeBlock():
         for spec in list(_attributes(layer)):
@@ -105,8 +105,8 @@ def change_units(layer: Any, up_axis: UpAxis, meters_per_unit: float) -> None:
                 raise LayfigureError(f"'{spec.path}' places a prim: only takes of 'layfigure record' can be converted")
             if spec.name in _RULES:
                 _apply(layer, spec, change)
-    UsdGeom.SetStageUpAxis(stage, up_axis)
-    UsdGeom.SetStageMetersPerUnit(stage, meters_per_unit)
+    metadata.SetInfo(UsdGeom.Tokens.upAxis, up_axis)
+    metadata.SetInfo(UsdGeom.Tokens.metersPerUnit, meters_per_unit)
 
 
 def _attributes(layer: Any) -> Iterator[Any]:
