@@ -204,8 +204,8 @@ class Doll:
         """An iterator over the poses that come from now on, until the server leaves; see PoseStream.
 
         With `newest` a slow loop gets the newest pose each time, and not those in between. A lost server is waited for;
-        NoReplyError if no pose comes within `timeout_s`: a doll at rest sends none, nor does lockstep unless somebody
-        orders steps.
+        NoReplyError if no pose comes within `timeout_s`, as in lockstep unless somebody orders steps. A doll at rest
+        sends ten poses in a second.
         """
         self._catch_up()
         stream = PoseStream(
@@ -296,9 +296,7 @@ class Doll:
     def _why_no_pose_came(self) -> str:
         if self.character.clock == "lockstep":
             return "order steps with step() or next_pose()"
-        if not self._bus.connected or self._connection.watch.silent:
-            return "is layfigure-server running there?"
-        return "the server is there, its doll is at rest"
+        return "is layfigure-server running there?"
 
     def _listen(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Handles messages until the condition holds, through losses of the bus; False after `timeout_s`."""
