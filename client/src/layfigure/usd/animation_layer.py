@@ -94,8 +94,9 @@ def set_samples(attribute: Any, codes: Iterable[Any], samples: list[Any]) -> Non
     if all(sample == samples[0] for sample in samples):
         attribute.Set(samples[0])
         return
-    for code, sample in zip(codes, samples, strict=True):
-        attribute.Set(sample, float(code))
+    with Sdf.ChangeBlock():  # nobody listens to each of them
+        for code, sample in zip(codes, samples, strict=True):
+            attribute.Set(sample, float(code))
 
 
 def _write_yield_events(prim: Any, take: Take, fps: float) -> None:
