@@ -92,7 +92,7 @@ def angle_between(a: Floats, b: Floats) -> Floats:
 def in_one_hemisphere(q: Floats) -> Floats:
     """Signs chosen along axis 0 so that neighbours are closest: curves of the components are then continuous."""
     flips = np.ones(q.shape[:-1])
-    flips[1:] = np.where(np.sum(q[1:] * q[:-1], axis=-1) < 0.0, -1.0, 1.0)
+    flips[1:] = np.where(np.einsum("...k,...k->...", q[1:], q[:-1]) < 0.0, -1.0, 1.0)
     signs = np.cumprod(flips, axis=0)
     return np.asarray(q * signs[..., None], np.float64)
 

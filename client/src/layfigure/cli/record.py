@@ -85,7 +85,7 @@ def run_export(options: argparse.Namespace) -> None:
 
     form = take_form(options)
     check_output(options.out)
-    write(read_take(options.log, options.duration), options.out, options.fps, form)
+    write(read_take(options.log, options.duration, options.out.parent), options.out, options.fps, form)
 
 
 def write(take: Take, out: Path, fps: float, form: TakeForm) -> None:
