@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layfigure import skeleton
+from layfigure.key_reduction import Progress, silent
 from layfigure.keys import choose_keys
 from layfigure.protocol import Floats
 from layfigure.resample import Frames, at_rest, resample
@@ -28,11 +29,14 @@ class Animation:
     )
 
 
-def animate(take: Take, fps: float, form: TakeForm) -> Animation:
-    """Raises UsageError if no joint is the wanted one, LayfigureError if there is no key."""
+def animate(take: Take, fps: float, form: TakeForm, tell: Progress = silent) -> Animation:
+    """Raises UsageError if no joint is the wanted one, LayfigureError if there is no key.
+
+    `tell` is told what takes long.
+    """
     frames = at_rest(resample(take, fps), take.character, selected_joints(take.character, form.joints))
     skin = Skin(take.character, take.meshes)
-    keys = choose_keys(take, skin, frames, form)
+    keys = choose_keys(take, skin, frames, form, tell)
     extents = _boxes_of_keys(_boxes(take, skin, frames), keys) if skin.vertex_count else np.zeros((0, 2, 3))
     return Animation(take, form, frames, keys, extents)
 

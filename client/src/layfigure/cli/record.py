@@ -92,7 +92,8 @@ def write(take: Take, out: Path, fps: float, form: TakeForm) -> None:
     """Writes the files and says what is in them."""
     from layfigure.usd.writer import write_take
 
-    animation = write_take(take, out, fps, form)
+    with ProgressLine() as progress:
+        animation = write_take(take, out, fps, form, progress.show)
     if take.lost_poses:
         print(f"layfigure: warning: {take.lost_poses} poses were lost on the way", file=sys.stderr)
     frames, keys = len(animation.frames), len(animation.keys)
