@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layfigure import skeleton
+from layfigure.key_fitting import Keys
 from layfigure.key_reduction import Progress, silent
 from layfigure.keys import choose_keys
 from layfigure.protocol import Floats
@@ -24,6 +25,7 @@ class Animation:
     form: TakeForm
     frames: Frames
     keys: Indices  # (N) frames that are keys, rising, at least one
+    values: Keys  # of the keys
     extents: (
         Floats  # (N, 2, 3) corners of a box that holds the skin from the key before to the one after; none: (0, ..)
     )
@@ -36,9 +38,10 @@ def animate(take: Take, fps: float, form: TakeForm, tell: Progress = silent) -> 
     """
     frames = at_rest(resample(take, fps), take.character, selected_joints(take.character, form.joints))
     skin = Skin(take.character, take.meshes)
-    keys = choose_keys(take, skin, frames, form, tell)
+    chosen = choose_keys(take, skin, frames, form, tell)
+    keys = chosen.frames
     extents = _boxes_of_keys(_boxes(take, skin, frames), keys) if skin.vertex_count else np.zeros((0, 2, 3))
-    return Animation(take, form, frames, keys, extents)
+    return Animation(take, form, frames, keys, chosen, extents)
 
 
 def _boxes(take: Take, skin: Skin, frames: Frames) -> Floats:

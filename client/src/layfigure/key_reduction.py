@@ -43,15 +43,15 @@ def reduced_keys(distance: SkinDistance, tolerance_m: float, tell: Progress = si
     """The frames of the keys, rising. The first and the last frame are always among them, unless the doll rests from
     one to the other: then the first is the only one. `tell` is told now and then what is being done."""
     count = len(distance)
-    rest_ends = _rest_ends(distance, tolerance_m)
-    if rest_ends[0] == count - 1:
+    ends = rest_ends(distance, tolerance_m)
+    if ends[0] == count - 1:
         return np.zeros(1, np.intp)
-    edges = _probed_edges(distance, rest_ends, tolerance_m, tell)
+    edges = _probed_edges(distance, ends, tolerance_m, tell)
     good: set[tuple[int, int]] = set()
     while True:
-        path = _shortest_path(edges, rest_ends)
+        path = _shortest_path(edges, ends)
         new = [edge for edge in zip(path[:-1].tolist(), path[1:].tolist(), strict=True) if edge not in good]
-        new = [(first, last) for first, last in new if rest_ends[first] < last]
+        new = [(first, last) for first, last in new if ends[first] < last]
         failed = _failed(distance, new, tolerance_m)
         if not failed:
             return path
@@ -61,7 +61,7 @@ def reduced_keys(distance: SkinDistance, tolerance_m: float, tell: Progress = si
             edges[first, last - first] = False
 
 
-def _rest_ends(distance: SkinDistance, tolerance_m: float) -> Indices:
+def rest_ends(distance: SkinDistance, tolerance_m: float) -> Indices:
     """(F) up to which frame the skin stays so close to where it is in each frame that keys at both hold in between."""
     lengths = distance.path_lengths()
     return np.searchsorted(lengths, lengths + _REST_SHARE * tolerance_m, side="right") - 1

@@ -62,8 +62,8 @@ def write_animation(stage: Any, animation: Animation) -> None:
     take, frames, keys = animation.take, animation.frames, animation.keys
     skel_animation = define_animation(stage, take.character)
     prim = skel_animation.GetPrim()
-    rotations = values.quatf_arrays(frames.rotations[keys])
-    translations = skeleton.local_translations(take.character, frames.root_translations[keys])
+    rotations = values.quatf_arrays(animation.values.rotations)
+    translations = skeleton.local_translations(take.character, animation.values.root_translations)
     set_samples(skel_animation.GetRotationsAttr(), keys, rotations)
     set_samples(skel_animation.GetTranslationsAttr(), keys, values.vec3f_arrays(translations))
     _write_yield_events(prim, take, frames.fps)
