@@ -57,6 +57,16 @@ def test_reduced_keys_every_vertex_is_within_the_tolerance_by_usd(tmp_path: Path
     assert check(tmp_path / "reduced.usdc").findings == ()
 
 
+def test_fitted_keys_are_fewer_than_recorded_poses_and_hold_the_tolerance(tmp_path: Path) -> None:
+    take = moving_take(wandering(200, 1, size=0.03))
+    write_take(take, tmp_path / "every.usdc", FPS)
+    animation = write_take(take, tmp_path / "reduced.usdc", FPS, REDUCED)
+    assert len(animation.keys) < len(keys_of(take))
+    assert farthest_by_usd(tmp_path / "every.usdc", tmp_path / "reduced.usdc") <= TOLERANCE_M
+    for end in (0, -1):
+        np.testing.assert_array_equal(animation.values.rotations[end], animation.frames.rotations[end])
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_reduced_keys_are_as_few_as_can_be(seed: int) -> None:
     distance = distance_of(moving_take(wandering(45, seed, size=0.2)))

@@ -1,4 +1,6 @@
 import dataclasses
+import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,7 @@ from layfigure.take import Take, TakeBuilder
 from layfigure.take_collector import read_take
 
 PERIOD_US = 16667
+BYTES_PER_POSE = 24  # its time, and that again of a list that makes room for twice what it holds
 
 
 def pose(sequence: int, **changes: object) -> Pose:
@@ -82,6 +85,61 @@ def test_builder_duration_ends_at_the_first_pose_not_before_it(builder: TakeBuil
     assert builder.build(0.1).times_us[-1] == 100_000
     assert builder.build(0.101).times_us[-1] == 117_000
     assert len(builder.build(9.0).times_us) == 20
+
+
+def test_builder_long_take_keeps_its_poses_out_of_memory(builder: TakeBuilder) -> None:
+    """Else an hour at 240 Hz is some gigabytes."""
+    first, force = pose(0), codec.decode_force(synthetic.force_message(0).encode())
+
+    def add(sequences: range) -> None:
+        for sequence in sequences:
+            time_us = sequence * PERIOD_US
+            builder.add_pose(dataclasses.replace(first, sequence=sequence, time_us=time_us))
+            builder.add_force(dataclasses.replace(force, time_us=time_us))
+
+    add(range(100))
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        add(range(100, 5100))
+        grown = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert grown / 5000 < BYTES_PER_POSE
+    take = builder.build()
+    assert len(take.times_us) == len(take.pointers[0].times_us) == 5100
+    np.testing.assert_array_equal(take.rotations[5000], first.rotations)
+    assert take.pointers[0].times_us[-1] == 5099 * PERIOD_US
+
+
+def test_builder_drop_run_then_poses_again_takes_the_later_ones(builder: TakeBuilder) -> None:
+    for sequence in range(3):
+        builder.add_pose(pose(sequence))
+    builder.add_pose(pose(0, server_id=5))
+    builder.drop_run(5)
+    builder.add_pose(pose(3))
+    take = builder.build()
+    np.testing.assert_array_equal(take.rotations[3], pose(3).rotations)
+    assert take.times_us.tolist() == [pose(sequence).time_us for sequence in range(4)]
+
+
+def test_builder_folder_that_cannot_be_written_to_is_refused(take: Take, tmp_path: Path) -> None:
+    with pytest.raises(LayfigureError, match=r"cannot keep the take's poses in '.*none'.*No such file"):
+        TakeBuilder(take.character, (), tmp_path / "none")
+
+
+def test_builder_disk_that_is_full_keeps_the_poses_before(
+    builder: TakeBuilder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for sequence in range(3):
+        builder.add_pose(pose(sequence))
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "pwrite", lambda *_: 1)
+        with pytest.raises(LayfigureError, match="disk is full"):
+            builder.add_pose(pose(3))
+    take = builder.build()
+    assert len(take.times_us) == 3
+    np.testing.assert_array_equal(take.rotations[2], pose(2).rotations)
 
 
 def test_builder_pose_of_other_character_is_refused(builder: TakeBuilder) -> None:

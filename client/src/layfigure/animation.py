@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from layfigure import skeleton
+from layfigure.key_fitting import Keys
+from layfigure.key_reduction import Progress, silent
 from layfigure.keys import choose_keys
 from layfigure.protocol import Floats
 from layfigure.resample import Frames, at_rest, resample
@@ -14,7 +16,7 @@ from layfigure.skinning import Indices, Skin
 from layfigure.take import Take
 from layfigure.take_form import TakeForm, selected_joints
 
-_BATCH = 4096  # frames whose motions are in memory at once: some 100 MB for 60 joints
+_BATCH = 256  # frames whose boxes are found at once: their motions, 1.5 MB for 60 joints, stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,18 +25,23 @@ class Animation:
     form: TakeForm
     frames: Frames
     keys: Indices  # (N) frames that are keys, rising, at least one
+    values: Keys  # of the keys
     extents: (
         Floats  # (N, 2, 3) corners of a box that holds the skin from the key before to the one after; none: (0, ..)
     )
 
 
-def animate(take: Take, fps: float, form: TakeForm) -> Animation:
-    """Raises UsageError if no joint is the wanted one, LayfigureError if there is no key."""
+def animate(take: Take, fps: float, form: TakeForm, tell: Progress = silent) -> Animation:
+    """Raises UsageError if no joint is the wanted one, LayfigureError if there is no key.
+
+    `tell` is told what takes long.
+    """
     frames = at_rest(resample(take, fps), take.character, selected_joints(take.character, form.joints))
     skin = Skin(take.character, take.meshes)
-    keys = choose_keys(take, skin, frames, form)
+    chosen = choose_keys(take, skin, frames, form, tell)
+    keys = chosen.frames
     extents = _boxes_of_keys(_boxes(take, skin, frames), keys) if skin.vertex_count else np.zeros((0, 2, 3))
-    return Animation(take, form, frames, keys, extents)
+    return Animation(take, form, frames, keys, chosen, extents)
 
 
 def _boxes(take: Take, skin: Skin, frames: Frames) -> Floats:

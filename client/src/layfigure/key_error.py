@@ -43,11 +43,38 @@ class SkinDistance:
 
     def _exceeds(self, first: Indices, last: Indices, between: Indices, limit: float) -> NDArray[np.bool_]:
         part = (between - first) / (last - first)
-        rotations = rotation.slerp(self._rotations[first], self._rotations[last], part[:, None])
-        translations = self._translations[first].copy()
-        translations[:, self._root] += part[:, None] * (
-            self._translations[last, self._root] - self._translations[first, self._root]
-        )
+        roots = self._translations[:, self._root]
+        turns, places = (self._rotations[first], self._rotations[last]), (roots[first], roots[last])
+        return self._between(turns, places, part, between, limit, limit) > limit
+
+    def of_keys(self, rotations: Floats, root_translations: Floats, interval: Indices, part: Floats) -> Floats:
+        """(F) how far the farthest vertex is off in each frame with keys of these values (N, J, 4), (N, 3): each frame
+        is so far, 0 to 1, from key `interval` to the next."""
+        rotations, roots = _rounded(rotation.normalized(rotations)), _rounded(root_translations)
+        found = []
+        for start in range(0, len(self), _BATCH):
+            frames = np.arange(start, min(start + _BATCH, len(self)))
+            first = interval[frames]
+            turns, places = (rotations[first], rotations[first + 1]), (roots[first], roots[first + 1])
+            found.append(self._between(turns, places, part[frames], frames, 0.0, np.inf))
+        return np.concatenate(found)
+
+    def within(self, errors: Floats, tolerance_m: float) -> NDArray[np.bool_]:
+        """Whether errors of of_keys() hold the tolerance, with USD's roundings."""
+        return np.asarray(errors <= tolerance_m - _ROUNDING_M)
+
+    def _between(
+        self,
+        turns: tuple[Floats, Floats],
+        roots: tuple[Floats, Floats],
+        part: Floats,
+        between: Indices,
+        floor: float,
+        ceiling: float,
+    ) -> Floats:
+        rotations = rotation.slerp(*turns, part[:, None])
+        translations = self._translations[between].copy()
+        translations[:, self._root] = roots[0] + part[:, None] * (roots[1] - roots[0])
         motions = self._skin.motions(*skeleton.compose(self._generations, translations, rotations))
         differences = motions - self._recorded[between]
         bounds = self._skin.of_blocks(self._pair_bounds(differences))
@@ -56,7 +83,7 @@ class SkinDistance:
             offsets = self._skin.skin_block(self._skin.blocks[block], differences[rows])
             return np.asarray(np.sqrt(np.einsum("fiv,fiv->fv", offsets, offsets).max(axis=1)), np.float64)
 
-        return largest(bounds, farthest, floor=limit, ceiling=limit) > limit
+        return largest(bounds, farthest, floor=floor, ceiling=ceiling)
 
     def _pair_bounds(self, differences: Floats) -> Floats:
         """(E, B): no vertex of a block that one of its joints alone would move is farther off.

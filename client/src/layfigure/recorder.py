@@ -56,7 +56,7 @@ class Recorder:
         self.log = log
         self._paused = False
         self._description: dict[object, Event] = {}  # the character and its meshes, once each
-        self._collector = TakeCollector()
+        self._collector = TakeCollector(log.path.parent)  # a disk that has room for the log has it for the poses
         self._waited_s = 0.0
         for channel in _DESCRIBING_CHANNELS:  # before anything else sees the message
             bus.subscribe(channel, functools.partial(self._receive_description, channel))

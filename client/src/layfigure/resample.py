@@ -13,6 +13,7 @@ from layfigure.protocol import Bools, Character, Floats
 from layfigure.skeleton import first_root
 from layfigure.take import PointerTrack, Take, Times
 
+_BLOCK = 1024  # frames between whose poses slerp goes at once: more would fill the memory with what it needs besides
 _TIME_TOLERANCE_US = 0.5  # time stamps are rounded to whole microseconds
 
 
@@ -115,7 +116,12 @@ class Between:
         return np.asarray((1.0 - weight) * values[self.left] + weight * values[self.right], np.float64)
 
     def spherical(self, values: Floats) -> Floats:
-        return rotation.slerp(values[self.left], values[self.right], self.part[:, None])
+        turned = np.empty((len(self.part), *values.shape[1:]))
+        for start in range(0, len(turned), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            ends = values[self.left[block]], values[self.right[block]]
+            turned[block] = rotation.slerp(*ends, self.part[block, None])
+        return turned
 
     def newest(self, values: Bools) -> Bools:
         return np.asarray(values[np.where(self.part < 1.0, self.left, self.right)], np.bool_)

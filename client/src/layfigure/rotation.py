@@ -6,6 +6,7 @@ import numpy as np
 
 from layfigure.protocol import Floats
 
+_SMALL_ANGLE = 1e-9  # [rad] below which a sine is its angle
 _NEARLY_PARALLEL = 1.0 - 1e-12  # cosine of the half angle above which slerp's sine has lost its digits
 
 
@@ -89,10 +90,28 @@ def angle_between(a: Floats, b: Floats) -> Floats:
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(difference[..., 1:], axis=-1), np.abs(difference[..., 0])))
 
 
+def to_vector(q: Floats) -> Floats:
+    """(..., 3): the axis times the angle [rad], 0 to pi."""
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    small = sine < _SMALL_ANGLE
+    return np.asarray(
+        q[..., 1:] * np.where(small, 2.0, 2.0 * np.arctan2(sine, q[..., :1]) / np.where(small, 1.0, sine))
+    )
+
+
+def from_vector(vectors: Floats) -> Floats:
+    """The rotation about an axis by the vector's length [rad]."""
+    angle = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    small = angle < _SMALL_ANGLE
+    share = np.where(small, 0.5, np.sin(0.5 * angle) / np.where(small, 1.0, angle))
+    return np.concatenate([np.cos(0.5 * angle), share * vectors], axis=-1)
+
+
 def in_one_hemisphere(q: Floats) -> Floats:
     """Signs chosen along axis 0 so that neighbours are closest: curves of the components are then continuous."""
     flips = np.ones(q.shape[:-1])
-    flips[1:] = np.where(np.sum(q[1:] * q[:-1], axis=-1) < 0.0, -1.0, 1.0)
+    flips[1:] = np.where(np.einsum("...k,...k->...", q[1:], q[:-1]) < 0.0, -1.0, 1.0)
     signs = np.cumprod(flips, axis=0)
     return np.asarray(q * signs[..., None], np.float64)
 

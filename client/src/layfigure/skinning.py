@@ -85,19 +85,20 @@ class Skin:
         boxes = np.empty((len(motions), 2, 3))
         bounds = self.bounds
         for axis in range(3):
-            rows = motions[:, axis, bounds.joints]
-            middles = np.einsum("fbk,bk->fb", rows[..., :3], bounds.centres) + rows[..., 3]
-            halves = np.einsum("fbk,bk->fb", np.abs(rows[..., :3]), bounds.half_sizes)
+            rows = motions[:, axis]
+            of_pairs = rows[:, bounds.joints]
+            middles = np.einsum("fbk,bk->fb", of_pairs[..., :3], bounds.centres) + of_pairs[..., 3]
+            halves = np.einsum("fbk,bk->fb", np.abs(of_pairs[..., :3]), bounds.half_sizes)
             for end, sign in ((0, -1.0), (1, 1.0)):
-                outermost = self._outermost(motions, axis, sign)
+                outermost = self._outermost(rows, sign)
                 boxes[:, end, axis] = sign * largest(self.of_blocks(sign * middles + halves), outermost)
         return boxes
 
-    def _outermost(self, motions: Floats, axis: int, sign: float) -> Callable[[int, Indices], Floats]:
+    def _outermost(self, rows: Floats, sign: float) -> Callable[[int, Indices], Floats]:
         def evaluate(index: int, frames: Indices) -> Floats:
             block = self.blocks[index]
-            rows = motions[frames, axis][:, block.joints].reshape(len(frames), -1)
-            return np.asarray((sign * (rows @ block.coefficients)).max(axis=1), np.float64)
+            places = rows[frames[:, None], block.joints].reshape(len(frames), -1) @ block.coefficients
+            return np.asarray(places.max(axis=1) if sign > 0.0 else -places.min(axis=1), np.float64)
 
         return evaluate
 

@@ -32,7 +32,9 @@ class TakeCollector:
     LayfigureError when the character changes: the take so far stays good.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
+        """`folder` is where the takes' poses are kept, else in that of temporary files."""
+        self._folder = folder
         self.watch = ServerWatch()
         self.server_left = False
         self.character: Character | None = None
@@ -56,7 +58,7 @@ class TakeCollector:
     def begin_take(self) -> None:
         """Another take of the character that was heard begins; the one so far is let go."""
         assert self.character is not None
-        self.builder = TakeBuilder(self.character, self.meshes)
+        self.builder = TakeBuilder(self.character, self.meshes, self._folder)
 
     def drop_rival(self) -> None:
         """After a TwoServersError: forgets what the second server has put in."""
@@ -81,7 +83,7 @@ class TakeCollector:
         self._assembly.add(codec.decode_mesh_chunk(data))
         if self._assembly.complete:
             self.meshes = self._assembly.meshes()
-            self.builder = TakeBuilder(self.character, self.meshes)
+            self.builder = TakeBuilder(self.character, self.meshes, self._folder)
 
     def _feed_pose(self, data: bytes) -> None:
         pose = codec.decode_pose(data)
@@ -105,9 +107,12 @@ class TakeCollector:
             self.builder.add_status(status)
 
 
-def read_take(path: str | os.PathLike[str], duration_s: float = math.inf) -> Take:
-    """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`."""
-    collector = TakeCollector()
+def read_take(path: str | os.PathLike[str], duration_s: float = math.inf, folder: Path | None = None) -> Take:
+    """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`.
+
+    Its poses are kept in a file in `folder`, else in that of temporary files, about as large as the log.
+    """
+    collector = TakeCollector(folder)
     for event in read_events(Path(path)):
         try:
             collector.feed(event.channel, event.data)

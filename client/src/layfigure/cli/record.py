@@ -85,14 +85,15 @@ def run_export(options: argparse.Namespace) -> None:
 
     form = take_form(options)
     check_output(options.out)
-    write(read_take(options.log, options.duration), options.out, options.fps, form)
+    write(read_take(options.log, options.duration, options.out.parent), options.out, options.fps, form)
 
 
 def write(take: Take, out: Path, fps: float, form: TakeForm) -> None:
     """Writes the files and says what is in them."""
     from layfigure.usd.writer import write_take
 
-    animation = write_take(take, out, fps, form)
+    with ProgressLine() as progress:
+        animation = write_take(take, out, fps, form, progress.show)
     if take.lost_poses:
         print(f"layfigure: warning: {take.lost_poses} poses were lost on the way", file=sys.stderr)
     frames, keys = len(animation.frames), len(animation.keys)

@@ -62,17 +62,17 @@ def write_animation(stage: Any, animation: Animation) -> None:
     take, frames, keys = animation.take, animation.frames, animation.keys
     skel_animation = define_animation(stage, take.character)
     prim = skel_animation.GetPrim()
-    rotations = [values.quatf_array(frames.rotations[key]) for key in keys]
-    translations = skeleton.local_translations(take.character, frames.root_translations[keys])
+    rotations = values.quatf_arrays(animation.values.rotations)
+    translations = skeleton.local_translations(take.character, animation.values.root_translations)
     set_samples(skel_animation.GetRotationsAttr(), keys, rotations)
-    set_samples(skel_animation.GetTranslationsAttr(), keys, [values.vec3f_array(row) for row in translations])
+    set_samples(skel_animation.GetTranslationsAttr(), keys, values.vec3f_arrays(translations))
     _write_yield_events(prim, take, frames.fps)
     if animation.form.custom_data:
         _write_felt(prim, felt(take, frames.fps))
         _write_pulls(prim, take, frames)
     if len(animation.extents):
         root = UsdGeom.Boundable(stage.GetPrimAtPath(character_prim_path(take.character)))
-        set_samples(root.CreateExtentAttr(), keys, [values.vec3f_array(box) for box in animation.extents])
+        set_samples(root.CreateExtentAttr(), keys, values.vec3f_arrays(animation.extents))
 
 
 def define_animation(stage: Any, character: Character) -> Any:
@@ -94,8 +94,9 @@ def set_samples(attribute: Any, codes: Iterable[Any], samples: list[Any]) -> Non
     if all(sample == samples[0] for sample in samples):
         attribute.Set(samples[0])
         return
-    for code, sample in zip(codes, samples, strict=True):
-        attribute.Set(sample, float(code))
+    with Sdf.ChangeBlock():  # nobody listens to each of them
+        for code, sample in zip(codes, samples, strict=True):
+            attribute.Set(sample, float(code))
 
 
 def _write_yield_events(prim: Any, take: Take, fps: float) -> None:
@@ -108,8 +109,8 @@ def _write_yield_events(prim: Any, take: Take, fps: float) -> None:
 def _write_felt(prim: Any, felt: Felt) -> None:
     """Of the joints, in the order of `joints`."""
     types = Sdf.ValueTypeNames
-    _write_custom(prim, "torques", types.Vector3fArray, [values.vec3f_array(row) for row in felt.torques])
-    _write_custom(prim, "restRotations", types.QuatfArray, [values.quatf_array(row) for row in felt.rest_rotations])
+    _write_custom(prim, "torques", types.Vector3fArray, values.vec3f_arrays(felt.torques))
+    _write_custom(prim, "restRotations", types.QuatfArray, values.quatf_arrays(felt.rest_rotations))
     _write_custom(prim, "yielded", types.BoolArray, [_bool_array(row) for row in felt.yielded])
 
 
@@ -126,8 +127,8 @@ def _write_pulls(prim: Any, take: Take, frames: Frames) -> None:
     positions = np.stack([pull.positions for pull in of_pointers], axis=1)
     forces = np.stack([pull.forces for pull in of_pointers], axis=1)
     _write_custom(prim, "heldJoints", types.IntArray, [values.int_array(row) for row in joints])
-    _write_custom(prim, "heldPoints", types.Point3fArray, [values.vec3f_array(row) for row in positions])
-    _write_custom(prim, "forces", types.Vector3fArray, [values.vec3f_array(row) for row in forces])
+    _write_custom(prim, "heldPoints", types.Point3fArray, values.vec3f_arrays(positions))
+    _write_custom(prim, "forces", types.Vector3fArray, values.vec3f_arrays(forces))
 
 
 def _write_custom(prim: Any, name: str, type_name: Any, samples: list[Any]) -> None:

@@ -13,12 +13,23 @@ from layfigure.protocol import Floats
 
 def quatf_array(q: Floats) -> Any:
     """(J, 4), normalised before it is rounded to float."""
-    return Vt.QuatfArray.FromNumpy(np.ascontiguousarray(rotation.normalized(q)[:, [1, 2, 3, 0]], np.float32))
+    return quatf_arrays(q[None])[0]
+
+
+def quatf_arrays(q: Floats) -> list[Any]:
+    """An array for each frame of (F, J, 4), as quatf_array()."""
+    rounded = np.roll(rotation.normalized(q), -1, axis=-1).astype(np.float32)
+    return [Vt.QuatfArray.FromNumpy(row) for row in rounded]
 
 
 def vec3f_array(vectors: Any) -> Any:
     """(N, 3)."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(vectors, np.float32))
+
+
+def vec3f_arrays(vectors: Floats) -> list[Any]:
+    """An array for each frame of (F, N, 3)."""
+    return [Vt.Vec3fArray.FromNumpy(row) for row in np.ascontiguousarray(vectors, np.float32)]
 
 
 def vec3h_array(vectors: Any) -> Any:

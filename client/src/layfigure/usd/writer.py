@@ -19,6 +19,7 @@ from pxr import Kind, Sdf, Tf, Usd, UsdUtils
 
 from layfigure.animation import Animation, animate
 from layfigure.errors import LayfigureError, UsageError
+from layfigure.key_reduction import Progress, silent
 from layfigure.resample import Frames
 from layfigure.take import Take
 from layfigure.take_form import TakeForm
@@ -49,9 +50,9 @@ def check_output(out: Path) -> None:
         raise UsageError(f"'{out}' is a folder: choose a file's name")
 
 
-def write_take(take: Take, out: Path, fps: float, form: TakeForm = EVERY_FRAME) -> Animation:
-    """Writes all files of a take and returns what is in them."""
-    animation = animate(take, fps, form)
+def write_take(take: Take, out: Path, fps: float, form: TakeForm = EVERY_FRAME, tell: Progress = silent) -> Animation:
+    """Writes all files of a take and returns what is in them. `tell` is told what takes long."""
+    animation = animate(take, fps, form, tell)
     write_animation_files(animation, out)
     return animation
 
