@@ -9,7 +9,7 @@
 namespace layfigure::app {
 namespace {
 
-constexpr double kSoon = 0.5;  // [s]: two hands that take hold together, or a slider that is drawn
+constexpr double kSoon = 0.5;  // [s]: a slider that is drawn
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void Simulation::edit(const std::string& label, Action&& action) {
   haptics::DollMemory before = hands_.memory();
   action();
   history_.begin(label, std::move(before));
-  busy_ = hands_.busy_pointers();
+  note_present_tools();
   resting_ = false;
 }
 
@@ -27,26 +27,38 @@ bool Simulation::is_soon_after(std::int64_t step) const {
   return static_cast<double>(steps_ - step) <= kSoon * settings_.physics_hz;
 }
 
-/// A tool that has come out begins a step of the history. It has not moved the doll yet.
+bool Simulation::is_noted(int id, const Pointer& pointer) const {
+  return std::ranges::find(tools_, NotedTool{id, pointer.tools_taken()}) != tools_.end();
+}
+
+void Simulation::note_present_tools() {
+  tools_.clear();
+  for (const auto& [id, pointer] : hands_.pointers()) {
+    if (pointer.tool() != haptics::Tool::kNone) tools_.push_back({id, pointer.tools_taken()});
+  }
+}
+
+/// A tool that comes out while no other is out begins a step of the history. It has not moved the doll yet.
 void Simulation::note_tools() {
-  const auto has_tool = [](const auto& entry) { return entry.second.tool() != haptics::Tool::kNone; };
-  const auto is_noted = [&](const auto& entry) { return std::ranges::find(busy_, entry.first) != busy_.end(); };
-  const bool same = std::ranges::all_of(hands_.pointers(), [&](const auto& e) { return has_tool(e) == is_noted(e); });
-  if (same) return;  // as in almost every step: nothing is allocated
-  std::vector<int> busy;
+  std::size_t out = 0;
+  std::size_t noted = 0;
   int newest = -1;
   for (const auto& [id, pointer] : hands_.pointers()) {
     if (pointer.tool() == haptics::Tool::kNone) continue;
-    busy.push_back(id);
-    if (std::ranges::find(busy_, id) == busy_.end()) newest = id;
+    ++out;
+    if (is_noted(id, pointer)) {
+      ++noted;
+    } else {
+      newest = id;
+    }
   }
-  const bool together = !busy_.empty() && is_soon_after(tool_at_);
-  busy_ = std::move(busy);
-  if (newest < 0 || together) return;
+  if (noted == out && out == tools_.size()) return;  // as in almost every step: nothing is allocated
+  note_present_tools();
+  const bool joins = noted > 0;
+  if (newest < 0 || joins) return;
   const Pointer& pointer = hands_.pointers().at(newest);
   const bool grabs = pointer.tool() == haptics::Tool::kGrab;
   history_.begin(grabs ? "grab " + doll().rig.bones[pointer.grip()->bone].name : "touch", hands_.memory());
-  tool_at_ = steps_;
 }
 
 const haptics::Pin& Simulation::pin(const PinRequest& request) {
@@ -130,7 +142,7 @@ void Simulation::recall(const haptics::DollMemory& memory) {
   yielding_joints_ = 0;
   resting_ = false;
   failure_.clear();
-  busy_.clear();
+  tools_.clear();
 }
 
 void Simulation::reset(bool all) {

@@ -15,6 +15,7 @@ TYPES = [
     "character_t",
     "command_t",
     "force_t",
+    "log_devices_t",
     "log_snapshot_t",
     "log_start_t",
     "log_step_t",
