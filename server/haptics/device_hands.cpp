@@ -103,6 +103,7 @@ void DeviceHands::glide(std::int64_t steps) {
 }
 
 void DeviceHands::follow_buttons(Hands& hands) {
+  if (empty()) return;
   if (is_replayed()) input_ = next_();
   for (int k = 0; k < count(); ++k) {
     Hand& hand = hands_[k];
@@ -144,14 +145,10 @@ void DeviceHands::move_pointers(Hands& hands) {
 }
 
 void DeviceHands::begin_step(double time, Hands& hands) {
+  if (empty()) return;
   if (is_served() && !threaded_) give(hands);
-  if (!is_replayed()) {
-    if (is_served()) {
-      collect(time);
-    } else if (devices_) {
-      read(time);
-    }
-  }
+  if (!is_replayed() && is_served()) collect(time);
+  if (!is_replayed() && !is_served()) read(time);
   if (!input_.arrived) return;
   if (is_served()) {
     if (is_replayed()) recall_report();
