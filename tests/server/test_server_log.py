@@ -154,7 +154,9 @@ def test_session_with_devices_replays_bit_for_bit_without_them(
     read = list(events(path))
     steps = [messages.log_devices_t.decode(event.data).step for event in read if event.channel.endswith("LOG_DEVICES")]
     assert steps == list(range(len(steps)))  # one for each
-    assert any(messages.pose_t.decode(event.data).yielded.count(True) for event in read if event.channel.endswith("_POSE"))
+    assert any(
+        messages.pose_t.decode(event.data).yielded.count(True) for event in read if event.channel.endswith("_POSE")
+    )
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8])

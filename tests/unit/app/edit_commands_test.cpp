@@ -129,11 +129,36 @@ TEST_F(EditCommands, TwoHandsThatTakeHoldTogether_AreOneStep) {
   EXPECT_EQ(simulation_.history().undoable(), 0u);
 }
 
-TEST_F(EditCommands, SecondHandThatComesLater_IsAStepOfItsOwn) {
+TEST_F(EditCommands, HandThatJoinsAnotherLater_BelongsToItsGesture) {
+  const std::string before = memory();
   send("grab", {text_argument("bone", "arm"), number_argument("pointer", {0.0})});
   steps(1000);
   send("grab", {text_argument("bone", "spine"), number_argument("pointer", {1.0})});
+  send("release", {number_argument("pointer", {0.0})});
+  send("grab", {text_argument("bone", "arm"), number_argument("pointer", {0.0})});
+  EXPECT_EQ(simulation_.history().undoable(), 1u);
+  EXPECT_EQ(result(send("undo"), "released"), (std::vector<double>{0.0, 1.0}));
+  EXPECT_EQ(memory(), before);
+}
+
+TEST_F(EditCommands, Undo_AfterTwoQuickSeparateGrabs_UndoesTheSecondAlone) {
+  steps(2000);
+  const std::string before = memory();
+  std::string between;
+  for (int grab = 0; grab < 2; ++grab) {
+    between = memory();
+    const std::vector<double> at = result(send("grab", {text_argument("bone", "arm")}), "position");
+    point(++pointed_, {at[0], at[1], at[2] + 0.2});
+    steps(50);
+    ASSERT_TRUE(send("release").accepted);
+    steps(10);
+  }
+  ASSERT_NE(between, before);
   EXPECT_EQ(simulation_.history().undoable(), 2u);
+  ASSERT_TRUE(send("undo").accepted);
+  EXPECT_EQ(memory(), between);
+  ASSERT_TRUE(send("undo").accepted);
+  EXPECT_EQ(memory(), before);
 }
 
 TEST_F(EditCommands, Undo_OfEachEditingCommand_RestoresTheDoll) {
