@@ -72,6 +72,7 @@ class Connection:
         """As command(), but a refusal is a reply as well."""
         self._command_sequence += 1
         self._reply = None
+        time_us = _wall_clock_us()
         deadline = time.monotonic() + timeout_s
         while self._reply is None:
             remaining = deadline - time.monotonic()
@@ -83,7 +84,7 @@ class Connection:
             if self.watch.unconfirmed_s > 0.0:
                 self.bus.wait_until(lambda: False, min(self.watch.unconfirmed_s, remaining))
             server_id = self.watch.current or 0
-            command = Command(_wall_clock_us(), server_id, self.client_id, self._command_sequence, name, arguments)
+            command = Command(time_us, server_id, self.client_id, self._command_sequence, name, arguments)
             self.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
             self.bus.wait_until(functools.partial(self._answered_or_gone, server_id), min(RESEND_AFTER_S, remaining))
         return self._reply

@@ -32,8 +32,8 @@ class ServerWatch:
             return
         if server_id in self._former:
             raise TwoServersError(
-                f"two servers speak on this bus, {self.current} and {server_id}: stop one of them, or give each its own "
-                "--lcm-url or --channel-prefix"
+                f"two servers speak on this bus, {self.current} and {server_id}: stop one of them, or give each its "
+                "own --lcm-url or --channel-prefix"
             )
         if self.current is not None:
             self._former.add(self.current)
