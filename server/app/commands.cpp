@@ -53,12 +53,26 @@ void CommandProcessor::handle(const command_t& command) {
   sink_.publish(reply);
 }
 
-reply_t CommandProcessor::answer(const command_t& command) {
+void CommandProcessor::refuse(const command_t& command, std::string reason) {
+  if (const reply_t* known = replies_.find(command.client_id, command.sequence)) return sink_.publish(*known);
+  reply_t reply = begin_reply(command);
+  reply.reason = std::move(reason);
+  replies_.store(reply);
+  sink_.publish(reply);
+}
+
+reply_t CommandProcessor::begin_reply(const command_t& command) const {
   reply_t reply{};
   reply.protocol_version = messaging::kProtocolVersion;
+  reply.time_us = simulation_.time_us();
   reply.server_id = server_id_;
   reply.client_id = command.client_id;
   reply.sequence = command.sequence;
+  return reply;
+}
+
+reply_t CommandProcessor::answer(const command_t& command) {
+  reply_t reply = begin_reply(command);
   try {
     carry_out(command, reply);
     reply.accepted = true;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <deque>
+#include <layfigure/log_devices_t.hpp>
 #include <layfigure/log_snapshot_t.hpp>
 #include <layfigure/log_step_t.hpp>
 #include <limits>
@@ -28,6 +29,16 @@ std::optional<Message> decode(const messaging::Bytes& bytes) {
   Message message;
   const int size = static_cast<int>(bytes.size());
   return message.decode(bytes.data(), 0, size) == size ? std::optional(std::move(message)) : std::nullopt;
+}
+
+/// Of the devices that the session had; none where the bytes are none.
+std::vector<device::Info> device_infos(const log_start_t& start) {
+  try {
+    return cache::from_bytes<std::vector<device::Info>>(
+        {reinterpret_cast<const char*>(start.infos.data()), start.infos.size()});
+  } catch (const std::runtime_error&) {
+    return {};
+  }
 }
 
 /// Those that the log has told.
@@ -87,28 +98,92 @@ std::string difference_of(const pose_t& logged, const pose_t& now, const doll::D
   return where + "torques, flow or the root's position differ";
 }
 
+/// Why the replay cannot go on in the middle of something: the log was cut off there, or is not what is played.
+struct Halt {
+  std::string difference;  ///< "": none
+};
+
+/// What the devices brought, read from the log beside the Player, which reads what led to it. One per step.
+class LogDevices {
+ public:
+  LogDevices(const std::filesystem::path& log, std::string channel, int bodies, int devices, bool served)
+      : log_(log), channel_(std::move(channel)), bodies_(bodies), devices_(devices), served_(served) {}
+
+  /// Throws Halt.
+  [[nodiscard]] haptics::DeviceInput next(std::int64_t step);
+
+ private:
+  [[nodiscard]] bool is_sound(const haptics::DeviceInput& input) const;
+
+  messaging::EventLogReader log_;
+  std::string channel_;
+  int bodies_;
+  int devices_;
+  bool served_;
+};
+
+haptics::DeviceInput LogDevices::next(std::int64_t step) {
+  std::optional<messaging::LogEvent> event = log_.next();
+  while (event && event->channel != channel_) event = log_.next();
+  const std::optional<log_devices_t> message = event ? decode<log_devices_t>(event->bytes) : std::nullopt;
+  if (!message) throw Halt{};
+  const std::string where = "step " + std::to_string(step + 1) + ": ";
+  if (message->step != step) {
+    throw Halt{where + "the log has what devices brought into step " + std::to_string(message->step + 1)};
+  }
+  try {
+    auto input = cache::from_bytes<haptics::DeviceInput>(
+        {reinterpret_cast<const char*>(message->bytes.data()), message->bytes.size()});
+    if (is_sound(input)) return input;
+  } catch (const std::runtime_error&) {
+    // as below
+  }
+  throw Halt{where + "what devices brought cannot be read"};
+}
+
+/// Nothing in it leads out of the doll.
+bool LogDevices::is_sound(const haptics::DeviceInput& input) const {
+  const auto is_pointer = [&](int pointer) { return pointer >= 0 && pointer < devices_; };
+  const auto fits = [&](const haptics::PortLoad& load) {
+    if (load.pointer < 0) return load.port.body >= 0 && load.port.body < bodies_;
+    return is_pointer(load.pointer) && load.port.body >= 0;
+  };
+  const std::size_t tools = served_ && input.arrived ? haptics::kMostPointers : 0;
+  return input.hands.size() == static_cast<std::size_t>(devices_) && input.tools.size() >= tools &&
+         input.tools.size() <= haptics::kMostPointers && input.loads.size() <= haptics::kMostPorts &&
+         std::ranges::all_of(input.loads, fits);
+}
+
 class Player {
  public:
-  Player(doll::Doll doll, const log_start_t& start, const std::string& prefix)
+  Player(doll::Doll doll, const log_start_t& start, const std::string& prefix, const std::filesystem::path& log)
       : start_(start),
         prefix_(prefix),
         lockstep_(start.clock == clock_name(ClockKind::kLockstep)),
-        simulation_(std::move(doll), {.physics_hz = start.physics_hz,
-                                      .pose_hz = start.pose_hz,
-                                      .clock = lockstep_ ? ClockKind::kLockstep : ClockKind::kRealtime}),
+        log_devices_(log, messaging::channel_name(prefix, Channel::kLogDevices),
+                     static_cast<int>(doll.definition.bodies.size()), start.device_count, start.haptic_ticks > 1),
+        simulation_(
+            std::move(doll),
+            {.physics_hz = start.physics_hz,
+             .haptic_ticks = start.haptic_ticks,
+             .pose_hz = start.pose_hz,
+             .clock = lockstep_ ? ClockKind::kLockstep : ClockKind::kRealtime},
+            haptics::DeviceHands(device_infos(start), [this] { return log_devices_.next(simulation_.steps()); })),
         poses_(simulation_, sink_, start.server_id),
         commands_(simulation_, poses_, sink_, snapshots_, start.server_id) {
+    if (start.device_count > 0) simulation_.start_haptic_thread();
     if (lockstep_) poses_.publish_if_due();
   }
 
-  /// False where the replay has left the log's way.
-  [[nodiscard]] bool play(const messaging::LogEvent& event);
+  /// False where the replay has left the log's way, or cannot go on.
+  [[nodiscard]] bool try_to_play(const messaging::LogEvent& event);
   [[nodiscard]] ReplayReport report() {
     report_.steps = simulation_.steps();
     return report_;
   }
 
  private:
+  [[nodiscard]] bool play(const messaging::LogEvent& event);
   [[nodiscard]] bool is_on(const messaging::LogEvent& event, Channel channel) const {
     return event.channel == messaging::channel_name(prefix_, channel);
   }
@@ -125,6 +200,7 @@ class Player {
   bool lockstep_;
   PoseSink sink_;
   LogSnapshots snapshots_;
+  LogDevices log_devices_;
   Simulation simulation_;
   PosePublisher poses_;
   CommandProcessor commands_;
@@ -133,6 +209,15 @@ class Player {
   std::int64_t last_pose_{-1};
   ReplayReport report_;
 };
+
+bool Player::try_to_play(const messaging::LogEvent& event) {
+  try {
+    return play(event);
+  } catch (const Halt& halt) {
+    report_.difference = halt.difference;
+    return false;
+  }
+}
 
 bool Player::play(const messaging::LogEvent& event) {
   if (is_on(event, Channel::kLogSnapshot)) {
@@ -214,8 +299,10 @@ Replay::Replay(const std::filesystem::path& log) : log_(log), path_(log.string()
                       std::to_string(start_.protocol_version) + "; this is " + program_version() + ", protocol " +
                       std::to_string(messaging::kProtocolVersion) + ": play it with that one");
   }
-  if (start_.device_count > 0) {
-    throw ReplayError("'" + path_ + "' is of a session with haptic devices, whose readings it does not have");
+  if (start_.haptic_ticks < 1 || start_.device_count > messaging::kMaxPointers ||
+      (start_.haptic_ticks > 1 && start_.device_count > haptics::kMostPointers) ||
+      device_infos(start_).size() != static_cast<std::size_t>(start_.device_count)) {
+    throw ReplayError("'" + path_ + "' tells of haptic devices that cannot be: it is damaged");
   }
 }
 
@@ -235,9 +322,9 @@ ReplayReport Replay::run(doll::Doll doll) {
   if (doll_hash(doll) != start_.doll_hash) {
     throw ReplayError("'" + path_ + "' is of another doll of this character: another build of the program made it");
   }
-  Player player(std::move(doll), start_, prefix_);
+  Player player(std::move(doll), start_, prefix_, path_);
   for (std::optional<messaging::LogEvent> event = log_.next(); event; event = log_.next()) {
-    if (!player.play(*event)) break;
+    if (!player.try_to_play(*event)) break;
   }
   return player.report();
 }

@@ -96,9 +96,16 @@ void tell_broker(const messaging::Broker& broker, status_t& status) {
   status.max_clients = static_cast<std::int32_t>(messaging::kMaxClients);
 }
 
+/// To who has not said which server is meant.
+std::string two_servers(std::int64_t id, std::int64_t rival) {
+  return "two servers speak on this bus, " + std::to_string(id) + " and " + std::to_string(rival) +
+         ": stop one of them, or give each its own --lcm-url or --channel-prefix";
+}
+
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {
   return {{Channel::kPointer, [&](messaging::ByteView bytes) { inbox.receive_pointer(bytes); }},
-          {Channel::kCommand, [&](messaging::ByteView bytes) { inbox.receive_command(bytes); }}};
+          {Channel::kCommand, [&](messaging::ByteView bytes) { inbox.receive_command(bytes); }},
+          {Channel::kStatus, [&](messaging::ByteView bytes) { inbox.receive_status(bytes); }}};
 }
 
 }  // namespace
@@ -148,6 +155,7 @@ struct Server::Impl {
 
 Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
     : settings(std::move(server_settings)),
+      inbox(settings.server_id),
       broker(make_broker(settings)),
       url(broker ? broker->url() : settings.lcm_url),
       log(make_log(settings)),
@@ -179,6 +187,9 @@ void Server::Impl::run() {
   }
   pacer.skip_to(start);
   if (log) log->begin(make_log_start(simulation, settings));
+  if (log && !simulation.devices().empty()) {
+    simulation.log_devices([this](const haptics::DeviceInput& input) { log->brought(input, simulation); });
+  }
   publish_heartbeats(start);
   poses.publish_if_due();
   while (!is_done(Clock::now())) {
@@ -241,11 +252,14 @@ void Server::Impl::handle_events() {
 }
 
 void Server::Impl::handle(const pointer_t& pointer) {
+  if (pointer.server_id == 0 && inbox.rival() != 0) return;
   if (log) log->took(Channel::kPointer, pointer, simulation);
   point(pointer, simulation);
 }
 
 void Server::Impl::handle(const command_t& command) {
+  const std::int64_t rival = command.server_id == 0 ? inbox.rival() : 0;
+  if (rival != 0) return commands.refuse(command, two_servers(settings.server_id, rival));
   if (log) log->took(Channel::kCommand, command, simulation);
   commands.handle(command);
 }
@@ -279,7 +293,7 @@ void Server::Impl::publish_heartbeats(Clock::time_point now) {
 
 void Server::Impl::publish_status(bool leaving) {
   status_t status = make_status(simulation, settings.server_id);
-  if (leaving) status.state = "leaving";
+  if (leaving) status.state = messaging::kLeaving;
   status.poses = poses.count();
   status.late_steps = pacer.late_steps();
   for (device_t& device : status.devices) tell_scheduling(device);

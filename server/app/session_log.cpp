@@ -1,5 +1,6 @@
 #include "layfigure/app/session_log.h"
 
+#include <layfigure/log_devices_t.hpp>
 #include <layfigure/log_snapshot_t.hpp>
 #include <layfigure/log_step_t.hpp>
 
@@ -36,6 +37,12 @@ log_start_t make_log_start(const Simulation& simulation, const ServerSettings& s
   start.clock = clock_name(settings.simulation.clock);
   start.devices = settings.devices;
   start.device_count = static_cast<std::int32_t>(start.devices.size());
+  start.haptic_ticks = settings.simulation.haptic_ticks;
+  std::vector<device::Info> infos;
+  for (int k = 0; k < simulation.devices().count(); ++k) infos.push_back(simulation.devices().info(k));
+  const std::string info_bytes = cache::to_bytes(infos);
+  start.infos.assign(info_bytes.begin(), info_bytes.end());
+  start.info_bytes = static_cast<std::int32_t>(info_bytes.size());
   const std::string bytes = cache::to_bytes(simulation.doll().settings);
   start.settings.assign(bytes.begin(), bytes.end());
   start.settings_bytes = static_cast<std::int32_t>(bytes.size());
@@ -52,6 +59,17 @@ void SessionLog::mark_step(const Simulation& simulation, bool failed) {
   step.step = simulation.steps();
   step.failed = failed;
   put(messaging::Channel::kLogStep, step);
+}
+
+void SessionLog::brought(const haptics::DeviceInput& input, const Simulation& simulation) {
+  log_devices_t message{};
+  message.protocol_version = messaging::kProtocolVersion;
+  message.time_us = simulation.time_us();
+  message.step = simulation.steps();
+  const std::string bytes = cache::to_bytes(input);
+  message.bytes.assign(bytes.begin(), bytes.end());
+  message.byte_count = static_cast<std::int32_t>(bytes.size());
+  put(messaging::Channel::kLogDevices, message);
 }
 
 std::optional<haptics::DollMemory> LoggedSnapshots::find(const std::string& name) {

@@ -104,6 +104,7 @@ bool Simulation::advance() {
     devices_.let_go(device_time());
   }
   statistics_.record({clock_us(CLOCK_THREAD_CPUTIME_ID) - cpu_begin, clock_us(CLOCK_MONOTONIC) - wall_begin});
+  if (device_log_) device_log_(devices_.input());
   if (!sound) {
     failure_ = "step " + std::to_string(steps_ + 1) + " would not be finite; reset to go on";
     return false;

@@ -19,7 +19,7 @@ void Simulation::edit(const std::string& label, Action&& action) {
   haptics::DollMemory before = hands_.memory();
   action();
   history_.begin(label, std::move(before));
-  busy_ = hands_.busy_pointers();
+  note_present_tools();
   resting_ = false;
 }
 
@@ -27,21 +27,34 @@ bool Simulation::is_soon_after(std::int64_t step) const {
   return static_cast<double>(steps_ - step) <= kSoon * settings_.physics_hz;
 }
 
+bool Simulation::is_noted(int id, const Pointer& pointer) const {
+  return std::ranges::find(tools_, NotedTool{id, pointer.tools_taken()}) != tools_.end();
+}
+
+void Simulation::note_present_tools() {
+  tools_.clear();
+  for (const auto& [id, pointer] : hands_.pointers()) {
+    if (pointer.tool() != haptics::Tool::kNone) tools_.push_back({id, pointer.tools_taken()});
+  }
+}
+
 /// A tool that has come out begins a step of the history. It has not moved the doll yet.
 void Simulation::note_tools() {
-  const auto has_tool = [](const auto& entry) { return entry.second.tool() != haptics::Tool::kNone; };
-  const auto is_noted = [&](const auto& entry) { return std::ranges::find(busy_, entry.first) != busy_.end(); };
-  const bool same = std::ranges::all_of(hands_.pointers(), [&](const auto& e) { return has_tool(e) == is_noted(e); });
-  if (same) return;  // as in almost every step: nothing is allocated
-  std::vector<int> busy;
+  std::size_t out = 0;
+  std::size_t noted = 0;
   int newest = -1;
   for (const auto& [id, pointer] : hands_.pointers()) {
     if (pointer.tool() == haptics::Tool::kNone) continue;
-    busy.push_back(id);
-    if (std::ranges::find(busy_, id) == busy_.end()) newest = id;
+    ++out;
+    if (is_noted(id, pointer)) {
+      ++noted;
+    } else {
+      newest = id;
+    }
   }
-  const bool together = !busy_.empty() && is_soon_after(tool_at_);
-  busy_ = std::move(busy);
+  if (noted == out && out == tools_.size()) return;  // as in almost every step: nothing is allocated
+  note_present_tools();
+  const bool together = noted > 0 && is_soon_after(tool_at_);
   if (newest < 0 || together) return;
   const Pointer& pointer = hands_.pointers().at(newest);
   const bool grabs = pointer.tool() == haptics::Tool::kGrab;
@@ -130,7 +143,7 @@ void Simulation::recall(const haptics::DollMemory& memory) {
   yielding_joints_ = 0;
   resting_ = false;
   failure_.clear();
-  busy_.clear();
+  tools_.clear();
 }
 
 void Simulation::reset(bool all) {

@@ -34,8 +34,14 @@ double usual_power_scale(double scale, double grip_stiffness) {
   return std::clamp(kFeltStiffness / (scale * scale * grip_stiffness), kMinPowerScale, kMaxPowerScale);
 }
 
-bool is_squeezed(const device::Reading& reading, bool before) {
-  return (reading.buttons & kGrabButton) != 0 || reading.grip > (before ? kOpen : kSqueezed);
+bool is_squeezed(const DeviceInput::Hand& hand, bool before) {
+  return (hand.buttons & kGrabButton) != 0 || hand.grip > (before ? kOpen : kSqueezed);
+}
+
+std::vector<device::Info> infos_of(const std::vector<device::Device>& devices) {
+  std::vector<device::Info> infos;
+  for (const device::Device& device : devices) infos.push_back(device.info());
+  return infos;
 }
 
 void grab_what_is_near(int pointer, Hands& hands) {
@@ -52,7 +58,14 @@ void grab_what_is_near(int pointer, Hands& hands) {
 }  // namespace
 
 DeviceHands::DeviceHands(std::vector<device::Device> devices, const PassivityOptions& passivity)
-    : hands_(devices.size()), devices_(std::make_unique<DeviceSet>(std::move(devices), passivity)) {}
+    : hands_(devices.size()),
+      infos_(infos_of(devices)),
+      devices_(std::make_unique<DeviceSet>(std::move(devices), passivity)) {
+  input_.hands.resize(hands_.size());
+}
+
+DeviceHands::DeviceHands(std::vector<device::Info> infos, std::function<DeviceInput()> next)
+    : hands_(infos.size()), infos_(std::move(infos)), next_(std::move(next)) {}
 
 void DeviceHands::place_around(Hands& hands) const {
   const double size = half_size(hands.doll());
@@ -90,11 +103,17 @@ void DeviceHands::glide(std::int64_t steps) {
 }
 
 void DeviceHands::follow_buttons(Hands& hands) {
+  if (empty()) return;
+  if (is_replayed()) input_ = next_();
   for (int k = 0; k < count(); ++k) {
     Hand& hand = hands_[k];
-    const device::Reading& reading = hand.seen.reading;
-    const bool squeezed = is_squeezed(reading, hand.squeezed);
-    const bool clutched = (reading.buttons & kClutchButton) != 0;
+    DeviceInput::Hand& input = input_.hands[k];
+    if (!is_replayed()) {
+      input.buttons = hand.seen.reading.buttons;
+      input.grip = hand.seen.reading.grip;
+    }
+    const bool squeezed = is_squeezed(input, hand.squeezed);
+    const bool clutched = (input.buttons & kClutchButton) != 0;
     if (squeezed && !hand.squeezed) grab_what_is_near(k, hands);
     if (!squeezed && hand.squeezed && hands.pointers().at(k).tool() == Tool::kGrab) hands.release(k);
     if (clutched != hand.clutched) hands.set_clutch(k, clutched);
@@ -103,11 +122,19 @@ void DeviceHands::follow_buttons(Hands& hands) {
   }
 }
 
+void DeviceHands::note_hands() {
+  input_.arrived = true;
+  for (int k = 0; k < count(); ++k) {
+    input_.hands[k].has_hand = hands_[k].seen.has_hand;
+    input_.hands[k].hand = hands_[k].seen.hand;
+  }
+}
+
 /// The pointers are where their hands were last seen.
 void DeviceHands::move_pointers(Hands& hands) {
   for (int k = 0; k < count(); ++k) {
     Hand& hand = hands_[k];
-    if (hand.seen.has_hand) hands.receive(k, hand.seen.hand);
+    if (input_.hands[k].has_hand) hands.receive(k, input_.hands[k].hand);
     if (hands.pointers().at(k).tool() != Tool::kNone) hand.placed.reset();
     if (hand.placed) {
       hands.place(k, *hand.placed);
@@ -118,15 +145,19 @@ void DeviceHands::move_pointers(Hands& hands) {
 }
 
 void DeviceHands::begin_step(double time, Hands& hands) {
-  if (loop_) {
-    if (!thread_) {
-      give(hands);
-      run_ticks(time);
-    }
-    take(time, hands);
-    return;
+  if (empty()) return;
+  if (is_served() && !threaded_) give(hands);
+  if (!is_replayed() && is_served()) collect(time);
+  if (!is_replayed() && !is_served()) read(time);
+  if (!input_.arrived) return;
+  if (is_served()) {
+    if (is_replayed()) recall_report();
+    hands.take(*report_);
   }
-  if (!devices_) return;
+  move_pointers(hands);
+}
+
+void DeviceHands::read(double time) {
   begun_ns_ = now_ns();
   for (int k = 0; k < count(); ++k) {
     Hand& hand = hands_[k];
@@ -135,12 +166,12 @@ void DeviceHands::begin_step(double time, Hands& hands) {
   }
   devices_->read(time);
   for (int k = 0; k < count(); ++k) hands_[k].seen = devices_->seen(k);
-  move_pointers(hands);
+  note_hands();
 }
 
 void DeviceHands::end_step(double time, Hands& hands) {
-  if (thread_) give(hands);
-  if (loop_ || !devices_) return;
+  if (threaded_) give(hands);
+  if (is_served() || !devices_) return;
   for (int k = 0; k < count(); ++k) {
     const Pointer& pointer = hands.pointers().at(k);
     const dynamics::BodyForce felt = pointer.force_on_hand();
@@ -173,25 +204,32 @@ void DeviceHands::let_go(double time) {
 // ---------------------------------------------------------------- more than one tick in a step
 
 void DeviceHands::serve(int ticks, double tick, Hands& hands) {
-  loop_ = std::make_unique<HapticLoop>(*devices_, ticks, tick);
+  ticks_ = ticks;
+  tick_ = tick;
+  if (devices_) loop_ = std::make_unique<HapticLoop>(*devices_, ticks, tick);
   orders_ = std::make_unique<HapticOrders>();
   report_ = std::make_unique<HapticReport>();
+  input_.loads.reserve(kMostPorts);
+  input_.tools.reserve(kMostPointers);
   hands.serve(count());
 }
 
 void DeviceHands::start_thread(Hands& hands) {
-  const double h = loop_->tick_length();
+  threaded_ = true;
   give(hands);
+  if (is_replayed()) return;
+  const double h = tick_;
   thread_ = std::make_unique<RealtimeThread>(1.0 / h, [loop = loop_.get(), h](double passed) {
     const double now = 1e-9 * static_cast<double>(now_ns());
     loop->tick(now, static_cast<int>(std::lround(passed / h)));
   });
 }
 
-/// What physics has to tell the ticks to come.
+/// What physics has to tell the ticks to come. A replay makes the local model as well: that changes what acts.
 void DeviceHands::give(Hands& hands) {
   orders_->sound = true;
-  orders_->has_model = hands.make_local_model(loop_->tick_length(), orders_->model);
+  orders_->has_model = hands.make_local_model(tick_, orders_->model);
+  if (is_replayed()) return;
   for (int k = 0; k < count(); ++k) {
     Hand& hand = hands_[k];
     if (hand.glide.moving()) hand.wanted = hand.glide.advance();
@@ -211,12 +249,23 @@ void DeviceHands::run_ticks(double time) {
   for (int i = 0; i < loop_->ticks(); ++i) loop_->tick(time + i * loop_->tick_length(), 1);
 }
 
-void DeviceHands::take(double time, Hands& hands) {
-  if (!loop_->take(*report_)) return;
+/// What the step's ticks, or the thread's, have done.
+void DeviceHands::collect(double time) {
+  if (!thread_) run_ticks(time);
+  input_.arrived = loop_->take(*report_);
+  if (!input_.arrived) return;
   for (int k = 0; k < count(); ++k) hands_[k].seen = report_->devices[k];
   window_.update(report_->ticks, time);
-  hands.take(*report_);
-  move_pointers(hands);
+  note_hands();
+  input_.loads.assign(report_->loads.begin(), report_->loads.begin() + report_->load_count);
+  input_.tools.assign(report_->tools.begin(), report_->tools.end());
+}
+
+/// The report that the replayed input came from, as far as steps depend on it.
+void DeviceHands::recall_report() {
+  report_->load_count = static_cast<int>(input_.loads.size());
+  std::ranges::copy(input_.loads, report_->loads.begin());
+  std::ranges::copy(input_.tools, report_->tools.begin());
 }
 
 }  // namespace layfigure::haptics

@@ -44,6 +44,7 @@ void Pointer::attach(Grip grip, const PointerPose& held) {
   grip.position_offset = held.position - pose_.position;
   grip.rotation_offset = pose_.rotation.conjugate() * held.rotation;
   grip_ = std::move(grip);
+  ++tools_taken_;
   glide_.stop();
 }
 
@@ -51,6 +52,7 @@ void Pointer::touch(const FingertipDefinition& fingertip, const dynamics::Coupli
   fingertip_ = Fingertip{.definition = fingertip};
   grip_ = Grip{};
   grip_->coupling = coupling;
+  ++tools_taken_;
   glide_.stop();
 }
 

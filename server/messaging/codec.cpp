@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <layfigure/status_t.hpp>
 
 #include "layfigure/messaging/protocol.h"
 #include "wire_scan.h"
@@ -21,7 +22,7 @@ constexpr double kQuaternionTolerance = 1e-3;  // a client may compute in single
 
 bool pointer_lengths_fit(ByteView bytes) {
   WireScan scan(bytes);
-  scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
+  scan.skip(kFingerprint + 4 + 8 + 8);  // protocol_version, time_us, server_id
   scan.skip_string(kMaxClientId);
   scan.skip(8 + 4 + 7 * 8);  // sequence, pointer, position, rotation
   return scan.complete();
@@ -37,7 +38,7 @@ bool spidar_state_lengths_fit(ByteView bytes) {
 
 bool command_lengths_fit(ByteView bytes) {
   WireScan scan(bytes);
-  scan.skip(kFingerprint + 4 + 8);  // protocol_version, time_us
+  scan.skip(kFingerprint + 4 + 8 + 8);  // protocol_version, time_us, server_id
   scan.skip_string(kMaxClientId);
   scan.skip(8);  // sequence
   scan.skip_string(kMaxText);
@@ -143,6 +144,22 @@ bool is_character(std::string_view sequence) {
 }
 
 }  // namespace
+
+std::optional<Heartbeat> decode_heartbeat(ByteView bytes) {
+  constexpr std::size_t kStateAt =
+      kFingerprint + 4 + 8 + 8 + 4;  // after version, time_us, server_id, the state's length
+  if (bytes.size() < kStateAt + kLeaving.size()) return std::nullopt;
+  const auto read = [&](std::size_t at, std::size_t size) {
+    std::uint64_t value = 0;
+    for (const std::uint8_t byte : bytes.subspan(at, size)) value = value << 8U | byte;
+    return value;
+  };
+  const bool is_status = read(0, kFingerprint) == static_cast<std::uint64_t>(status_t::getHash());
+  if (!is_status || read(kFingerprint, 4) != kProtocolVersion) return std::nullopt;
+  const ByteView state = bytes.subspan(kStateAt, kLeaving.size());
+  return Heartbeat{.server_id = static_cast<std::int64_t>(read(kFingerprint + 4 + 8, 8)),
+                   .leaving = std::ranges::equal(state, kLeaving)};
+}
 
 bool is_plain_text(std::string_view text) {
   while (!text.empty()) {

@@ -14,12 +14,14 @@ constexpr std::size_t kMaxEvents = 65536;  // a client that sends faster than th
 constexpr std::size_t kMaxWaitingBytes = 64U << 20;  // holds kMaxEvents commands of the usual size many times over
 constexpr std::size_t kMaxKnownClients = 256;        // beyond it all begin anew; what may wait bounds those who rename
 constexpr std::chrono::seconds kLogInterval{1};
+constexpr std::chrono::seconds kRivalSilence{1};  // ten heartbeats
 
 }  // namespace
 
 void Inbox::receive_pointer(ByteView bytes) {
   Decoded<pointer_t> decoded = decode_pointer(bytes);
   if (!decoded.message) return refuse("pointer", decoded.problem);
+  if (is_for_another(decoded.message->server_id)) return;
   std::string problem;
   {
     const std::lock_guard lock(mutex_);
@@ -33,6 +35,7 @@ void Inbox::receive_pointer(ByteView bytes) {
 void Inbox::receive_command(ByteView bytes) {
   Decoded<command_t> decoded = decode_command(bytes);
   if (!decoded.message) return refuse("command", decoded.problem);
+  if (is_for_another(decoded.message->server_id)) return;
   std::string problem;
   {
     const std::lock_guard lock(mutex_);
@@ -41,6 +44,24 @@ void Inbox::receive_command(ByteView bytes) {
   }
   if (!problem.empty()) return refuse("command", problem);
   changed_.notify_one();
+}
+
+void Inbox::receive_status(ByteView bytes) {
+  const std::optional<Heartbeat> heartbeat = decode_heartbeat(bytes);
+  if (!heartbeat || heartbeat->server_id == server_id_) return;
+  const std::lock_guard lock(mutex_);
+  if (heartbeat->leaving) {
+    if (heartbeat->server_id == rival_) rival_ = 0;
+    return;
+  }
+  rival_ = heartbeat->server_id;
+  rival_heard_ = Clock::now();
+}
+
+std::int64_t Inbox::rival() {
+  const std::lock_guard lock(mutex_);
+  if (rival_ != 0 && Clock::now() - rival_heard_ > kRivalSilence) rival_ = 0;
+  return rival_;
 }
 
 std::string Inbox::rate_problem(const std::string& client_id) {

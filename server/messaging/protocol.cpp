@@ -6,10 +6,10 @@
 namespace layfigure::messaging {
 namespace {
 
-constexpr std::array<std::string_view, 13> kNames{
-    "LAYFIGURE_CHARACTER", "LAYFIGURE_MESH",     "LAYFIGURE_POSE",        "LAYFIGURE_POINTER", "LAYFIGURE_FORCE",
-    "LAYFIGURE_COMMAND",   "LAYFIGURE_REPLY",    "LAYFIGURE_STATUS",      "SPIDAR_STATE",      "SPIDAR_COMMAND",
-    "LAYFIGURE_LOG_START", "LAYFIGURE_LOG_STEP", "LAYFIGURE_LOG_SNAPSHOT"};
+constexpr std::array<std::string_view, 14> kNames{
+    "LAYFIGURE_CHARACTER", "LAYFIGURE_MESH",     "LAYFIGURE_POSE",         "LAYFIGURE_POINTER",    "LAYFIGURE_FORCE",
+    "LAYFIGURE_COMMAND",   "LAYFIGURE_REPLY",    "LAYFIGURE_STATUS",       "SPIDAR_STATE",         "SPIDAR_COMMAND",
+    "LAYFIGURE_LOG_START", "LAYFIGURE_LOG_STEP", "LAYFIGURE_LOG_SNAPSHOT", "LAYFIGURE_LOG_DEVICES"};
 constexpr std::array kStateChannels{Channel::kPose,   Channel::kPointer,     Channel::kForce,
                                     Channel::kStatus, Channel::kSpidarState, Channel::kSpidarCommand};
 constexpr std::size_t kMaxPrefixLength = 40;  // leaves room for the longest name above

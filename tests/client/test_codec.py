@@ -147,9 +147,10 @@ def test_decode_meshes_with_impossible_value_is_refused(damage: Callable[[object
 
 def test_encode_command_round_trip_keeps_everything() -> None:
     arguments = (Argument("bone", text="Hand"), Argument("point", values=(0.5, -1.0, 2.0)))
-    data = codec.encode_command(Command(123, "me", 7, "grab", arguments))
+    data = codec.encode_command(Command(123, 9, "me", 7, "grab", arguments))
     raw = messages.command_t.decode(data)
-    assert (raw.protocol_version, raw.time_us, raw.client_id, raw.sequence, raw.name) == (1, 123, "me", 7, "grab")
+    assert (raw.protocol_version, raw.time_us, raw.server_id, raw.client_id) == (1, 123, 9, "me")
+    assert (raw.sequence, raw.name) == (7, "grab")
     assert [(a.name, a.text, list(a.values)) for a in raw.arguments] == [
         ("bone", "Hand", []),
         ("point", "", [0.5, -1.0, 2.0]),
@@ -157,7 +158,7 @@ def test_encode_command_round_trip_keeps_everything() -> None:
 
 
 def test_encode_pointer_round_trip_keeps_everything() -> None:
-    pointer = Pointer(123, "me", 7, 1, np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0, 0.0]))
+    pointer = Pointer(123, 9, "me", 7, 1, np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0, 0.0]))
     raw = messages.pointer_t.decode(codec.encode_pointer(pointer))
-    assert (raw.protocol_version, raw.client_id, raw.sequence, raw.pointer) == (1, "me", 7, 1)
+    assert (raw.protocol_version, raw.server_id, raw.client_id, raw.sequence, raw.pointer) == (1, 9, "me", 7, 1)
     assert (list(raw.position), list(raw.rotation)) == ([1.0, 2.0, 3.0], [0.0, 1.0, 0.0, 0.0])

@@ -15,6 +15,7 @@ TYPES = [
     "character_t",
     "command_t",
     "force_t",
+    "log_devices_t",
     "log_snapshot_t",
     "log_start_t",
     "log_step_t",
@@ -125,9 +126,9 @@ def test_golden_spidar_state_is_that_of_a_device_process() -> None:
 
 def test_golden_command_is_what_the_client_sends() -> None:
     arguments = (Argument("bone", "Hüfte.L"), Argument("point", "", (0.5, -0.25, 1e-3)))
-    assert codec.encode_command(Command(1234567, "client-1", 7, "grab", arguments)) == golden("command_t")
+    assert codec.encode_command(Command(1234567, 0, "client-1", 7, "grab", arguments)) == golden("command_t")
 
 
 def test_golden_pointer_is_what_the_client_sends() -> None:
     position, rotation = np.array([-0.5, -0.375, -0.25]), np.array([0.5, -0.5, 0.5, 0.5])
-    assert codec.encode_pointer(Pointer(1234567, "client-1", 8, 1, position, rotation)) == golden("pointer_t")
+    assert codec.encode_pointer(Pointer(1234567, 0, "client-1", 8, 1, position, rotation)) == golden("pointer_t")

@@ -43,6 +43,24 @@ def test_record_realtime_server_that_is_terminated_gives_a_good_take(
     assert server.wait()[0] == 0
 
 
+def test_record_ctrl_c_again_and_again_while_it_writes_loses_nothing(
+    start_server: StartServer, start_client: StartClient, tmp_path: Path
+) -> None:
+    recorder = start_recording(start_client, start_server().url, 60, tmp_path)
+    signals = 0
+    while recorder.process.poll() is None and not (tmp_path / "take.lcmlog").exists():
+        recorder.process.send_signal(signal.SIGINT)
+        signals += 1
+        time.sleep(0.002)
+    recorder.finish()
+    assert signals > 5
+    assert len(read_take(tmp_path / "take.lcmlog").times_us) >= 60
+    assert check(tmp_path / "take.usda").findings == ()
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("take.usda", "take.anim.usdc", "take.character.usdc", "take.lcmlog")
+    }
+
+
 def test_record_killed_and_restarted_server_goes_on_in_the_same_take(
     start_server: StartServer, start_client: StartClient, tmp_path: Path
 ) -> None:

@@ -113,7 +113,7 @@ std::string MessageTarget::receive_pointer(messaging::ByteView bytes) {
 messaging::Inbox& MessageTarget::inbox() {
   constexpr int kMostMessages = 10'000;  // far below the burst that an inbox takes
   if (!inbox_ || ++received_ > kMostMessages) {
-    inbox_.emplace();
+    inbox_.emplace(kServerId);
     received_ = 0;
   }
   return *inbox_;

@@ -43,6 +43,7 @@ TEST(GoldenBytes, OfEachType_EncodedAndDecoded) {
   expect_golden(testing::sample_character());
   expect_golden(testing::sample_command());
   expect_golden(testing::sample_force());
+  expect_golden(testing::sample_log_devices());
   expect_golden(testing::sample_log_snapshot());
   expect_golden(testing::sample_log_start());
   expect_golden(testing::sample_log_step());

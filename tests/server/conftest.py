@@ -30,11 +30,12 @@ def messages(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
 
 @pytest.fixture
 def start_server(binary: Path, character: Path) -> Iterator[StartServer]:
-    """Starts a server with its own broker on a free port, and more options if given."""
+    """Starts a server with its own broker on a free port, unless options say otherwise."""
     with ExitStack() as stack:
 
         def start(*options: object) -> ServerProcess:
-            command = [str(binary), str(character), "--broker", "0", *map(str, options)]
+            bus = () if "--lcm-url" in options else ("--broker", "0")
+            command = [str(binary), str(character), *bus, *map(str, options)]
             return stack.enter_context(ServerProcess(command))
 
         yield start

@@ -98,6 +98,101 @@ def test_realtime_session_replays_bit_for_bit(
     assert poses_of(result.stdout) > 20
 
 
+DEVICES = ("--device", "spidar-g6", "--device", "spidar-g6")
+
+
+def work_with_devices(client: Client, step: bool) -> None:
+    """Two simulated hands take the arm one after the other, bend it, touch it, and are put back."""
+
+    def go_on(count: int) -> None:
+        if step:
+            client.accepted("step", count=count)
+        else:
+            time.sleep(count / 1000)
+
+    go_on(50)
+    for pointer, bone in enumerate((HAND, "forearm.L")):
+        held = client.accepted("grab", bone=bone, pointer=pointer)["position"]
+        client.point(held, pointer)
+        go_on(30)
+        client.point((held[0], held[1], held[2] + 0.04), pointer)
+        go_on(120)
+    client.accepted("snapshot", name="bent")
+    client.accepted("release", pointer=0)
+    go_on(50)
+    client.accepted("undo")
+    go_on(50)
+    client.accepted("set", gravity=(0.0, 1.0, -9.0))
+    client.point((held[0], held[1], held[2] + 0.4), 1)
+    client.accepted("touch", pointer=1)
+    client.point((held[0], held[1], held[2] - 0.1), 1)
+    go_on(200)
+    client.accepted("snapshot", name="bent", action="restore")
+    go_on(50)
+    client.accepted("key")
+    client.accepted("shutdown")
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "realtime"])
+@pytest.mark.parametrize("rates", [(), ("--physics-hz", 250, "--haptic-hz", 1000)])
+def test_session_with_devices_replays_bit_for_bit_without_them(
+    binary: Path,
+    start_server: StartServer,
+    connect: Connect,
+    messages: ModuleType,
+    tmp_path: Path,
+    clock: str,
+    rates: tuple[object, ...],
+) -> None:
+    path = tmp_path / "devices.lcmlog"
+    server = start_server("--log", path, "--clock", clock, *DEVICES, *rates)
+    work_with_devices(connect(server), step=clock == "lockstep")
+    assert server.wait()[0] == 0
+    result = run_server(binary, "--replay", path)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert poses_of(result.stdout) > 20
+    read = list(events(path))
+    steps = [messages.log_devices_t.decode(event.data).step for event in read if event.channel.endswith("LOG_DEVICES")]
+    assert steps == list(range(len(steps)))  # one for each
+    assert any(
+        messages.pose_t.decode(event.data).yielded.count(True) for event in read if event.channel.endswith("_POSE")
+    )
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_log_with_devices_that_was_cut_off_replays_as_far_as_it_goes(
+    binary: Path, start_server: StartServer, connect: Connect, tmp_path: Path, share: float
+) -> None:
+    path = tmp_path / "devices.lcmlog"
+    server = start_server("--log", path, "--clock", "lockstep", *DEVICES)
+    work_with_devices(connect(server), step=True)
+    assert server.wait()[0] == 0
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    result = run_server(binary, "--replay", path)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert poses_of(result.stdout) > 5
+
+
+def test_log_without_what_devices_brought_into_one_step_differs_there(
+    binary: Path, start_server: StartServer, connect: Connect, messages: ModuleType, tmp_path: Path
+) -> None:
+    path, changed = tmp_path / "devices.lcmlog", tmp_path / "changed.lcmlog"
+    server = start_server("--log", path, "--clock", "lockstep", *DEVICES)
+    work_with_devices(connect(server), step=True)
+    assert server.wait()[0] == 0
+    out = lcm.EventLog(str(changed), "w", overwrite=True)
+    for event in events(path):
+        brought = event.channel.endswith("LOG_DEVICES") and messages.log_devices_t.decode(event.data)
+        if not (brought and brought.step == 40):
+            out.write_event(event.timestamp, event.channel, event.data)
+    out.close()
+    result = run_server(binary, "--replay", changed)
+    assert result.returncode == 1
+    assert "step 41: the log has what devices brought into step 42" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
 def test_log_holds_what_was_taken_in_and_published(lockstep_log: Path, messages: ModuleType) -> None:
     read = list(events(lockstep_log))
     assert read[0].channel == "LAYFIGURE_LOG_START"

@@ -142,6 +142,14 @@ pose_t sample_pose() {
   return message;
 }
 
+log_devices_t sample_log_devices() {
+  auto message = begin_message<log_devices_t>();
+  message.step = 700;
+  message.bytes = {3, 130, 253};
+  message.byte_count = 3;
+  return message;
+}
+
 log_snapshot_t sample_log_snapshot() {
   auto message = begin_message<log_snapshot_t>();
   message.name = "standing";
@@ -162,6 +170,9 @@ log_start_t sample_log_start() {
   message.clock = "realtime";
   message.devices = {"spidar-g6", "lcm"};
   message.device_count = 2;
+  message.haptic_ticks = 4;
+  message.infos = {4, 131, 252};
+  message.info_bytes = 3;
   message.settings = {2, 129, 254};
   message.settings_bytes = 3;
   return message;

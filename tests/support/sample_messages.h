@@ -4,6 +4,7 @@
 #include <layfigure/character_t.hpp>
 #include <layfigure/command_t.hpp>
 #include <layfigure/force_t.hpp>
+#include <layfigure/log_devices_t.hpp>
 #include <layfigure/log_snapshot_t.hpp>
 #include <layfigure/log_start_t.hpp>
 #include <layfigure/log_step_t.hpp>
@@ -22,6 +23,7 @@ namespace layfigure::testing {
 [[nodiscard]] character_t sample_character();
 [[nodiscard]] command_t sample_command();
 [[nodiscard]] force_t sample_force();
+[[nodiscard]] log_devices_t sample_log_devices();
 [[nodiscard]] log_snapshot_t sample_log_snapshot();
 [[nodiscard]] log_start_t sample_log_start();
 [[nodiscard]] log_step_t sample_log_step();

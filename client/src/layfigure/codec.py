@@ -184,6 +184,7 @@ def encode_command(command: Command) -> bytes:
     raw = messages.command_t()
     raw.protocol_version = PROTOCOL_VERSION
     raw.time_us = command.time_us
+    raw.server_id = command.server_id
     raw.client_id = command.client_id
     raw.sequence = command.sequence
     raw.name = command.name
@@ -205,6 +206,7 @@ def encode_pointer(pointer: Pointer) -> bytes:
     raw = messages.pointer_t()
     raw.protocol_version = PROTOCOL_VERSION
     raw.time_us = pointer.time_us
+    raw.server_id = pointer.server_id
     raw.client_id = pointer.client_id
     raw.sequence = pointer.sequence
     raw.pointer = pointer.pointer

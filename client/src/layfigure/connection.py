@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import secrets
 import time
@@ -37,7 +38,10 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class Connection:
-    """One client of the server on `bus`. Its id is new for every connection, so that two clients are told apart."""
+    """One client of the server on `bus`, to which it addresses all that it sends once it has heard it.
+
+    Its id is new for every connection, so that two clients are told apart.
+    """
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
@@ -68,7 +72,7 @@ class Connection:
         """As command(), but a refusal is a reply as well."""
         self._command_sequence += 1
         self._reply = None
-        command = Command(_wall_clock_us(), self.client_id, self._command_sequence, name, arguments)
+        time_us = _wall_clock_us()
         deadline = time.monotonic() + timeout_s
         while self._reply is None:
             remaining = deadline - time.monotonic()
@@ -77,14 +81,29 @@ class Connection:
                     f"no server answered '{name}' on '{self.bus.url}' within {timeout_s:g} s: is layfigure-server "
                     "running there?"
                 )
+            if self.watch.unconfirmed_s > 0.0:
+                self.bus.wait_until(lambda: False, min(self.watch.unconfirmed_s, remaining))
+            server_id = self.watch.current or 0
+            command = Command(time_us, server_id, self.client_id, self._command_sequence, name, arguments)
             self.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
-            self.bus.wait_until(lambda: self._reply is not None, min(RESEND_AFTER_S, remaining))
+            self.bus.wait_until(functools.partial(self._answered_or_gone, server_id), min(RESEND_AFTER_S, remaining))
         return self._reply
+
+    def _answered_or_gone(self, server_id: int) -> bool:
+        return self._reply is not None or (server_id != 0 and self.watch.current != server_id)
 
     def send_pointer(self, pointer: int, position: Floats, rotation: Floats = IDENTITY) -> int:
         """Says where a pointer is to be [m, world] and how it is turned; returns the message's sequence number."""
         self._pointer_sequence += 1
-        message = Pointer(_wall_clock_us(), self.client_id, self._pointer_sequence, pointer, position, rotation)
+        message = Pointer(
+            _wall_clock_us(),
+            self.watch.current or 0,
+            self.client_id,
+            self._pointer_sequence,
+            pointer,
+            position,
+            rotation,
+        )
         self.bus.publish(POINTER_CHANNEL, codec.encode_pointer(message))
         return self._pointer_sequence
 

@@ -198,6 +198,7 @@ class Reply:
 @dataclass(frozen=True)
 class Command:
     time_us: int
+    server_id: int  # 0: the only one
     client_id: str
     sequence: int
     name: str
@@ -207,6 +208,7 @@ class Command:
 @dataclass(frozen=True, eq=False)
 class Pointer:
     time_us: int
+    server_id: int  # 0: the only one
     client_id: str
     sequence: int
     pointer: int

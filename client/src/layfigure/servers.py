@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from layfigure.errors import TwoServersError
 
+CONFIRMED_AFTER_S = 0.3  # three heartbeats, in which a server that was only thought gone would have spoken
 SILENT_AFTER_S = 2.0  # a server sends a heartbeat ten times a second
 
 
@@ -21,6 +22,7 @@ class ServerWatch:
         self._clock = clock
         self._former: set[int] = set()
         self._heard_at = clock()
+        self._changed_at = clock()
         self.current: int | None = None
 
     def hear(self, server_id: int) -> None:
@@ -30,11 +32,20 @@ class ServerWatch:
             return
         if server_id in self._former:
             raise TwoServersError(
-                "two servers speak on this bus: stop one of them, or give each its own --lcm-url or --channel-prefix"
+                f"two servers speak on this bus, {self.current} and {server_id}: stop one of them, or give each its "
+                "own --lcm-url or --channel-prefix"
             )
         if self.current is not None:
             self._former.add(self.current)
+            self._changed_at = self._clock()
         self.current = server_id
+
+    @property
+    def unconfirmed_s(self) -> float:
+        """How long the former server has to be listened for yet, before the present one is taken for its successor."""
+        if not self._former:
+            return 0.0
+        return max(self._changed_at + CONFIRMED_AFTER_S - self._clock(), 0.0)
 
     @property
     def silent(self) -> bool:

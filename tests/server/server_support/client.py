@@ -32,6 +32,7 @@ class Client:
     def __init__(self, messages: ModuleType, url: str, prefix: str = "") -> None:
         self.id = f"test-{next(_client_numbers)}"
         self.version = 1
+        self.server_id = 0  # that is meant; 0: the only one
         self.timeout_s = TIMEOUT_S  # of every wait
         self._messages = messages
         self._prefix = prefix
@@ -53,6 +54,7 @@ class Client:
     def send_numbered(self, number: int, name: str, /, **arguments: Values) -> None:
         command = self._messages.command_t()
         command.protocol_version = self.version
+        command.server_id = self.server_id
         command.client_id = self.id
         command.sequence = number
         command.name = name
@@ -76,6 +78,7 @@ class Client:
         self._pointer_sequence += 1
         message = self._messages.pointer_t()
         message.protocol_version = 1
+        message.server_id = self.server_id
         message.client_id = self.id
         message.sequence = self._pointer_sequence
         message.pointer = pointer

@@ -136,6 +136,26 @@ TEST_F(EditCommands, SecondHandThatComesLater_IsAStepOfItsOwn) {
   EXPECT_EQ(simulation_.history().undoable(), 2u);
 }
 
+TEST_F(EditCommands, Undo_AfterTwoQuickSeparateGrabs_UndoesTheSecondAlone) {
+  steps(2000);
+  const std::string before = memory();
+  std::string between;
+  for (int grab = 0; grab < 2; ++grab) {
+    between = memory();
+    const std::vector<double> at = result(send("grab", {text_argument("bone", "arm")}), "position");
+    point(++pointed_, {at[0], at[1], at[2] + 0.2});
+    steps(50);
+    ASSERT_TRUE(send("release").accepted);
+    steps(10);
+  }
+  ASSERT_NE(between, before);
+  EXPECT_EQ(simulation_.history().undoable(), 2u);
+  ASSERT_TRUE(send("undo").accepted);
+  EXPECT_EQ(memory(), between);
+  ASSERT_TRUE(send("undo").accepted);
+  EXPECT_EQ(memory(), before);
+}
+
 TEST_F(EditCommands, Undo_OfEachEditingCommand_RestoresTheDoll) {
   lift(0.3);
   const std::vector<std::pair<std::string, std::vector<argument_t>>> edits{

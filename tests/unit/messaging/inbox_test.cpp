@@ -14,6 +14,8 @@ namespace {
 using Clock = Inbox::Clock;
 using testing::make_command;
 
+constexpr std::int64_t kServer = 7;
+
 pointer_t make_pointer(int id, std::int64_t sequence, const std::string& client = "test") {
   pointer_t pointer = testing::sample_pointer();
   pointer.client_id = client;
@@ -39,14 +41,14 @@ void send(Inbox& inbox, const pointer_t& pointer) { inbox.receive_pointer(encode
 void send(Inbox& inbox, const command_t& command) { inbox.receive_command(encode(command)); }
 
 TEST(Inbox, PointersOnly_NewestOfEachWins) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   for (int sequence = 1; sequence <= 100; ++sequence) send(inbox, make_pointer(sequence % 2, sequence));
   EXPECT_EQ(summary(inbox.take()), "p1:99 p0:100 ");
   EXPECT_TRUE(inbox.take().empty());
 }
 
 TEST(Inbox, CommandBetweenPointers_KeepsBoth) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   send(inbox, make_pointer(0, 1));
   send(inbox, make_command(1, "grab"));
   send(inbox, make_pointer(0, 2));
@@ -55,7 +57,7 @@ TEST(Inbox, CommandBetweenPointers_KeepsBoth) {
 }
 
 TEST(Inbox, OlderPointerOfTheSameClient_DoesNotReplaceANewerOne) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   send(inbox, make_pointer(0, 5));
   send(inbox, make_pointer(0, 4));
   send(inbox, make_pointer(0, 2, "another"));
@@ -63,7 +65,7 @@ TEST(Inbox, OlderPointerOfTheSameClient_DoesNotReplaceANewerOne) {
 }
 
 TEST(Inbox, ManyCommands_AllKeptInOrder) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   for (int sequence = 1; sequence <= 5000; ++sequence) send(inbox, make_command(sequence, "key"));
   const std::vector<Inbox::Event> events = inbox.take();
   ASSERT_EQ(events.size(), 5000U);
@@ -71,7 +73,7 @@ TEST(Inbox, ManyCommands_AllKeptInOrder) {
 }
 
 TEST(Inbox, MoreThanCanWait_CountedAsBad) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   const Bytes command = encode(make_command(1, "key"));
   for (int i = 0; i < 65536 + 3; ++i) inbox.receive_command(command);
   EXPECT_EQ(inbox.bad_messages(), 3);
@@ -79,7 +81,7 @@ TEST(Inbox, MoreThanCanWait_CountedAsBad) {
 }
 
 TEST(Inbox, ClientThatSendsTooFast_RefusedAndCountedOthersAreHeard) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   const Bytes pointer = encode(make_pointer(0, 1, "flood"));
   const auto start = Clock::now();
   const int sent = static_cast<int>(kMaxMessageBurst) + 100'000;
@@ -96,7 +98,7 @@ TEST(Inbox, ClientThatSendsTooFast_RefusedAndCountedOthersAreHeard) {
 }
 
 TEST(Inbox, LargeCommands_WaitUpToALimitOfBytes) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   command_t command = make_command(1, "set");
   testing::add_argument(command, testing::number_argument("values", std::vector<double>(65'000)));
   const Bytes bytes = encode(command);
@@ -110,7 +112,7 @@ TEST(Inbox, LargeCommands_WaitUpToALimitOfBytes) {
 }
 
 TEST(Inbox, TakeSome_LeavesTheRestInOrder) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   for (int sequence = 1; sequence <= 5; ++sequence) send(inbox, make_command(sequence, "key"));
   EXPECT_EQ(summary(inbox.take(2)), "c1 c2 ");
   send(inbox, make_command(6, "key"));
@@ -120,7 +122,7 @@ TEST(Inbox, TakeSome_LeavesTheRestInOrder) {
 }
 
 TEST(Inbox, Garbage_CountedAndNotQueued) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   const Bytes garbage(100, 0xab);
   inbox.receive_pointer(garbage);
   inbox.receive_command(garbage);
@@ -130,14 +132,14 @@ TEST(Inbox, Garbage_CountedAndNotQueued) {
 }
 
 TEST(InboxWait, NothingArrives_ReturnsAtTheDeadline) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(20);
   inbox.wait_until(deadline);
   EXPECT_GE(Clock::now(), deadline);
 }
 
 TEST(InboxWait, MessageFromAnotherThread_EndsIt) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   std::thread sender([&] { send(inbox, make_command(1, "key")); });
   inbox.wait_until(Clock::time_point::max());
   sender.join();
@@ -145,7 +147,7 @@ TEST(InboxWait, MessageFromAnotherThread_EndsIt) {
 }
 
 TEST(InboxWait, InterruptBeforehand_EndsOnlyTheNextWait) {
-  Inbox inbox;
+  Inbox inbox(kServer);
   inbox.interrupt();
   inbox.wait_until(Clock::time_point::max());
   const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(20);

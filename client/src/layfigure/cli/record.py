@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import sys
 from collections.abc import Callable
@@ -135,22 +136,26 @@ class Recording:
         """A take that begins with `begin()`, in the recorder's log. One without any pose leaves no file."""
         failure: LayfigureError | None = None
         working: WorkingFile | None = None
-        try:
-            begin()
-            working = self._prepare(out)
-            self._run(out, working)
-        except LayfigureError as error:
-            failure = error
-        finally:
-            if not self._recorder.has_poses:
-                self._recorder.log.discard()
-            if working is not None and not self._recorder.has_poses:
-                working.remove()
-        if self._recorder.has_poses:
+        stop = StopFlag()
+        with contextlib.ExitStack() as stack:
             try:
-                self._finish(out)
+                begin()
+                working = self._prepare(out)
+                stack.enter_context(stop)  # until all is written: whoever is impatient loses nothing
+                self._run(out, working, stop)
+            except LayfigureError as error:
+                failure = error
             finally:
-                working_path(out).unlink(missing_ok=True)  # the log holds all of it
+                if not self._recorder.has_poses:
+                    self._recorder.log.discard()
+                if working is not None and not self._recorder.has_poses:
+                    working.remove()
+            if self._recorder.has_poses:
+                try:
+                    self._finish(out)
+                finally:
+                    working_path(out).unlink(missing_ok=True)  # the log holds all of it
+            self._stopped = stop()
         if failure is not None:
             raise failure
 
@@ -171,11 +176,11 @@ class Recording:
         selected_joints(character, self._form.joints)  # better refused before the take than after it
         return WorkingFile(working_path(out), character, self._recorder.meshes, self._options.fps)
 
-    def _run(self, out: Path, working: WorkingFile) -> None:
+    def _run(self, out: Path, working: WorkingFile, stop: StopFlag) -> None:
         character = self._recorder.character
         what = f"recording '{character.name}' ({len(character.joints)} joints) to '{out}'"
         ends = "Enter ends it, Ctrl-C all" if self._switch else "Ctrl-C ends it"
-        with StopFlag() as stop, ProgressLine() as progress:
+        with ProgressLine() as progress:
             print(f"{what}; {ends}", file=sys.stderr)
 
             def show(take: TakeBuilder) -> None:
@@ -183,7 +188,6 @@ class Recording:
                 progress.show(f"{take.duration_s:.1f} s, {take.pose_count} poses")
 
             self._recorder.run(lambda: stop() or self._thrown(), self._options.duration, show)
-            self._stopped = stop()
 
     def _thrown(self) -> bool:
         return self._switch is not None and self._switch.thrown()

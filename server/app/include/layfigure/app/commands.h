@@ -74,6 +74,8 @@ class CommandProcessor {
 
   /// Publishes the reply, after what the command itself publishes.
   void handle(const command_t& command);
+  /// Answers that the command is not carried out, and why; one that was answered already gets its reply again.
+  void refuse(const command_t& command, std::string reason);
   void publish_character();
   [[nodiscard]] bool shutdown_requested() const { return shutdown_requested_; }
 
@@ -85,6 +87,7 @@ class CommandProcessor {
   };
   static const Entry* find(std::string_view name);
 
+  [[nodiscard]] reply_t begin_reply(const command_t& command) const;
   [[nodiscard]] reply_t answer(const command_t& command);
   void carry_out(const command_t& command, reply_t& reply);
   void grab(const command_t& command, reply_t& reply);

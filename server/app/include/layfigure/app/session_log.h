@@ -22,8 +22,9 @@ struct ServerSettings;
 /// The first event of the log of a server that begins.
 [[nodiscard]] log_start_t make_log_start(const Simulation& simulation, const ServerSettings& settings);
 
-/// A session as an LCM event log: what the server took in, in the order and with the step in which it took effect, and
-/// what it published, on the channels that it had on the bus. So it can be played again, bit for bit (replay.h).
+/// A session as an LCM event log: what the server took in, of messages and of haptic devices, in the order and with
+/// the step in which it took effect, and what it published, on the channels that it had on the bus. So it can be played
+/// again, bit for bit (replay.h).
 class SessionLog {
  public:
   /// Throws messaging::LogError.
@@ -41,6 +42,8 @@ class SessionLog {
   void published(messaging::Channel channel, const Message& message) {
     put(channel, message);
   }
+  /// The step that the simulation is at began with this.
+  void brought(const haptics::DeviceInput& input, const Simulation& simulation);
   /// The simulation tried its next step in vain.
   void failed(const Simulation& simulation) { mark_step(simulation, true); }
 
@@ -56,7 +59,7 @@ class SessionLog {
   std::int64_t marked_step_{-1};
 };
 
-/// Snapshots of which those that are asked for go to the log, if there is one.
+/// Snapshots of which those that are asked for go to the log, if there is one, after the command that asks.
 class LoggedSnapshots : public session::Snapshots {
  public:
   /// Both must outlive this.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -131,8 +132,9 @@ class Simulation {
   /// `all` what was set of the doll is as it was made too.
   void reset(bool all = false);
 
-  /// Steps of the history: the work of one tool, from when it comes out; of two that come out together the work of
-  /// both; and every other change of the doll. Several `set`s of the same in quick succession, as of a slider, are one.
+  /// Steps of the history: the work of one tool, from when it comes out until the next step begins, so that the doll's
+  /// coming to rest is a part of it; of two that come out together the work of both; and every other change of the
+  /// doll. Several `set`s of the same in quick succession, as of a slider, are one.
   [[nodiscard]] const session::History& history() const { return history_; }
   /// The doll as it was before the newest step, or after the next, at rest; tools are put away for it. Throw
   /// std::invalid_argument, one line, if there is none.
@@ -149,29 +151,43 @@ class Simulation {
   /// Whether advance() may be called: not while that thread is at the ticks before the step.
   [[nodiscard]] bool ready() const { return devices_.ready(); }
 
+  /// `log` is told what devices bring into each step from now on, when they have been served and before the step
+  /// counts.
+  void log_devices(std::function<void(const haptics::DeviceInput&)> log) { device_log_ = std::move(log); }
+
   /// One step. False if it failed, see failure(); the state is then the last good one, and devices push no more.
   bool advance();
 
   [[nodiscard]] PointerPose held_pose(const Grip& grip) const { return hands_.held_pose(grip); }
 
  private:
+  /// A pointer, and which of its tools.
+  struct NotedTool {
+    int pointer;
+    std::int64_t taken;
+    bool operator==(const NotedTool&) const = default;
+  };
+
   [[nodiscard]] double time() const { return static_cast<double>(steps_) / settings_.physics_hz; }
   [[nodiscard]] double device_time() const;
   template <class Action>
   void edit(const std::string& label, Action&& action);
   [[nodiscard]] bool is_soon_after(std::int64_t step) const;
+  [[nodiscard]] bool is_noted(int id, const Pointer& pointer) const;
+  void note_present_tools();
   void note_tools();
   void recall(const haptics::DollMemory& memory);
 
   SimulationSettings settings_;
   haptics::Hands hands_;
   haptics::DeviceHands devices_;
+  std::function<void(const haptics::DeviceInput&)> device_log_;  ///< may be null
   std::map<int, PointerInput> inputs_;
   StepStatistics statistics_;
   session::History history_;
-  std::vector<int> busy_;    ///< pointers with a tool, as last noted
-  std::int64_t set_at_{0};   ///< step before which the newest `set` came
-  std::int64_t tool_at_{0};  ///< step before which the newest tool came out that began a step of the history
+  std::vector<NotedTool> tools_;  ///< that are out, as last noted
+  std::int64_t set_at_{0};        ///< step before which the newest `set` came
+  std::int64_t tool_at_{0};       ///< step before which the newest tool came out that began a step of the history
   std::int64_t steps_{0};
   int yielding_joints_{0};
   bool resting_{false};

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "layfigure/device/device.h"
+#include "layfigure/haptics/device_input.h"
 #include "layfigure/haptics/device_set.h"
 #include "layfigure/haptics/glide.h"
 #include "layfigure/haptics/hands.h"
@@ -38,12 +40,17 @@ inline constexpr double kFeltStiffness = 1000.0;
 /// placed keeps the pointer there, its clutch held so to say, and goes back to the middle of its workspace, until a
 /// tool comes out.
 ///
+/// In place of devices there may be what they brought into each step of an earlier session: then none is opened, and
+/// the steps are the same.
+///
 /// For the thread that steps the doll. begin_step(), end_step() and let_go() allocate, lock, log and throw nothing, but
 /// for what Hands::make_local_model() allocates where there is more than ever before.
 class DeviceHands {
  public:
   DeviceHands() = default;
   explicit DeviceHands(std::vector<device::Device> devices, const PassivityOptions& passivity = {});
+  /// As devices of these kinds brought it: `next` is called once in each step, before it, and may throw.
+  DeviceHands(std::vector<device::Info> infos, std::function<DeviceInput()> next);
 
   /// Sets the maps of the pointers as said above. Once, before the first step.
   void place_around(Hands& hands) const;
@@ -56,15 +63,17 @@ class DeviceHands {
   [[nodiscard]] bool empty() const { return hands_.empty(); }
   [[nodiscard]] int count() const { return static_cast<int>(hands_.size()); }
   [[nodiscard]] bool drives(int pointer) const { return pointer >= 0 && pointer < count(); }
-  [[nodiscard]] const device::Info& info(int index) const { return devices_->device(index).info(); }
+  [[nodiscard]] const device::Info& info(int index) const { return infos_[index]; }
   /// As it was after the last step.
   [[nodiscard]] const DeviceSeen& seen(int index) const { return hands_[index].seen; }
   /// Ticks of a step; 1: the devices are served once in a step.
-  [[nodiscard]] int ticks() const { return loop_ ? loop_->ticks() : 1; }
+  [[nodiscard]] int ticks() const { return ticks_; }
   /// What the ticks' thread was granted; null: it has none.
   [[nodiscard]] const RealtimeGrant* grant() const { return thread_ ? &thread_->grant() : nullptr; }
   /// Of the ticks between steps. Needs serve().
   [[nodiscard]] const HandOverLedger& ledger() const { return report_->ledger; }
+  /// What the newest step began with.
+  [[nodiscard]] const DeviceInput& input() const { return input_; }
   /// How long ticks took; the step is in them where there is one in each.
   [[nodiscard]] const TickWindow& tick_window() const { return window_; }
 
@@ -100,15 +109,26 @@ class DeviceHands {
     bool clutched{false};
   };
 
+  [[nodiscard]] bool is_served() const { return ticks_ > 1; }
+  [[nodiscard]] bool is_replayed() const { return next_ != nullptr; }
+  void read(double time);
+  void note_hands();
   void move_pointers(Hands& hands);
   void give(Hands& hands);
   void run_ticks(double time);
-  void take(double time, Hands& hands);
+  void collect(double time);
+  void recall_report();
   void record_tick(double time, double step);
 
   std::vector<Hand> hands_;
-  std::unique_ptr<DeviceSet> devices_;
-  std::unique_ptr<HapticLoop> loop_;  ///< null: once in a step
+  std::vector<device::Info> infos_;
+  std::function<DeviceInput()> next_;  ///< null: there are devices
+  DeviceInput input_;
+  int ticks_{1};      ///< of a step
+  double tick_{0.0};  ///< length [s] of one of several
+  bool threaded_{false};
+  std::unique_ptr<DeviceSet> devices_;  ///< null: none, or they are replayed
+  std::unique_ptr<HapticLoop> loop_;    ///< null: once in a step, or they are replayed
   std::unique_ptr<HapticOrders> orders_;
   std::unique_ptr<HapticReport> report_;
   TickRecord record_;  ///< where there is one tick in a step

@@ -54,6 +54,9 @@ class Pointer {
   [[nodiscard]] const std::optional<Fingertip>& fingertip() const { return fingertip_; }
   [[nodiscard]] std::optional<Fingertip>& fingertip() { return fingertip_; }
 
+  /// Counts the tools that came out: another number is another grip, however soon.
+  [[nodiscard]] std::int64_t tools_taken() const { return tools_taken_; }
+
   /// The hand's newest pose; finite, unit. Without a tool the pointer is there at once; with one it stays until
   /// glide().
   void receive(const PointerPose& hand);
@@ -94,6 +97,7 @@ class Pointer {
   bool has_pose_{false};
   std::optional<Grip> grip_;
   std::optional<Fingertip> fingertip_;
+  std::int64_t tools_taken_{0};
 
   Glide glide_;
   PoseRate rate_;  // of follow()

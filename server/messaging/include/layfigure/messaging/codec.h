@@ -47,6 +47,18 @@ inline constexpr std::int32_t kSpidarRejected = 2;
 [[nodiscard]] Decoded<command_t> decode_command(ByteView bytes);
 [[nodiscard]] Decoded<spidar_state_t> decode_spidar_state(ByteView bytes);
 
+/// What a status_t says of who speaks.
+struct Heartbeat {
+  std::int64_t server_id{0};
+  bool leaving{false};  ///< it is its last message
+};
+
+/// Nothing if the bytes are no status_t of this version. Reads its beginning only.
+[[nodiscard]] std::optional<Heartbeat> decode_heartbeat(ByteView bytes);
+
+/// The state of a server's last status_t.
+inline constexpr std::string_view kLeaving = "leaving";
+
 /// True if `text` is valid UTF-8 without control characters.
 [[nodiscard]] bool is_plain_text(std::string_view text);
 

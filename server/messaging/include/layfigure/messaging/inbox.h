@@ -30,9 +30,17 @@ class Inbox {
   using Event = std::variant<pointer_t, command_t>;
   using Clock = std::chrono::steady_clock;
 
+  /// Of the server of that id: what is addressed to another is passed over without a word.
+  explicit Inbox(std::int64_t server_id) : server_id_(server_id) {}
+
   /// Decodes and queues a message.
   void receive_pointer(ByteView bytes);
   void receive_command(ByteView bytes);
+  /// A heartbeat: of this server itself, or of one that should not be on its bus.
+  void receive_status(ByteView bytes);
+
+  /// The other server that was heard on the bus within kRivalSilence, and has not said that it leaves; 0: none.
+  [[nodiscard]] std::int64_t rival();
 
   /// What has arrived, oldest first: all, or the first `most` of it; the rest waits on.
   [[nodiscard]] std::vector<Event> take(std::size_t most = std::numeric_limits<std::size_t>::max());
@@ -61,12 +69,17 @@ class Inbox {
   [[nodiscard]] pointer_t* find_replaceable(int pointer);
   void refuse(std::string_view kind, const std::string& problem);
 
+  [[nodiscard]] bool is_for_another(std::int64_t server_id) const { return server_id != 0 && server_id != server_id_; }
+
+  const std::int64_t server_id_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Waiting> events_;
   std::size_t waiting_bytes_{0};
   std::unordered_map<std::string, RateLimit> rates_;
   bool interrupted_{false};
+  std::int64_t rival_{0};
+  Clock::time_point rival_heard_{};
   std::atomic<std::int64_t> bad_messages_{0};
   Clock::time_point next_log_{};
 };

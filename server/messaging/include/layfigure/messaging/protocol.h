@@ -43,7 +43,8 @@ enum class Channel {
   // in logs only
   kLogStart,
   kLogStep,
-  kLogSnapshot
+  kLogSnapshot,
+  kLogDevices
 };
 
 /// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ..,
