@@ -46,9 +46,10 @@ Eigen::Vector3d separating_direction(const ShrunkCore& a, const ShrunkCore& b, c
   btGjkEpaSolver2::sResults found;
   const bool done = btGjkEpaSolver2::Distance(shape_a, at_a, shape_b, at_b, to_bullet_vector(p_ab), found) ||
                     btGjkEpaSolver2::Penetration(shape_a, at_a, shape_b, at_b, to_bullet_vector(p_ab), found, false);
+  if (!done) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d direction(found.normal.x(), found.normal.y(), found.normal.z());
   const double length = direction.norm();
-  if (!done || !(length > 0.5)) return Eigen::Vector3d::Zero();
+  if (!(length > 0.5)) return Eigen::Vector3d::Zero();
   return direction / length;
 }
 

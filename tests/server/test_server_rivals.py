@@ -20,9 +20,9 @@ def listen(client: Client) -> None:
 def two_servers(start_server: StartServer, connect: Connect) -> tuple[Client, int, int]:
     """A client that has heard both, each of which has heard the other."""
     first = start_server("--clock", "lockstep")
-    start_server("--clock", "lockstep", "--lcm-url", first.url)
     client = connect(first)
-    one = client.wait_for("status_t").server_id
+    one = client.wait_for("status_t").server_id  # whose broker both use
+    start_server("--clock", "lockstep", "--lcm-url", first.url)
     other = client.wait_for("status_t", lambda status: status.server_id != one).server_id
     listen(client)
     return client, one, other

@@ -27,3 +27,7 @@ class RefusedError(LayfigureError):
 
 class TwoServersError(LayfigureError):
     """Two servers speak on one bus at the same time."""
+
+
+class SpillError(LayfigureError):
+    """The disk has no place for what a growing take keeps there."""

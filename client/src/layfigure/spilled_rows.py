@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from layfigure.errors import LayfigureError
+from layfigure.errors import SpillError
 
 
 class SpilledRows:
@@ -20,7 +20,7 @@ class SpilledRows:
     """
 
     def __init__(self, dtype: DTypeLike, shape: tuple[int, ...] = (), folder: Path | None = None) -> None:
-        """In `folder`, or in that of temporary files. Raises LayfigureError if there can be no file."""
+        """In `folder`, or in that of temporary files. Raises SpillError if there can be no file."""
         self._dtype = np.dtype(dtype)
         self._shape = shape
         self._row_bytes = self._dtype.itemsize * int(np.prod(shape, dtype=np.int64))
@@ -31,7 +31,7 @@ class SpilledRows:
             raise self._failure(error.strerror) from error
 
     def put(self, index: int, row: object) -> None:
-        """Raises LayfigureError if there is no room: the row is then not there, and those before it are."""
+        """Raises SpillError if there is no room: the row is then not there, and those before it are."""
         data = np.asarray(row, self._dtype).tobytes()
         try:
             written = os.pwrite(self._file.fileno(), data, index * self._row_bytes)
@@ -48,5 +48,5 @@ class SpilledRows:
         mapped = np.memmap(self._file, self._dtype, mode="r", offset=first * self._row_bytes, shape=shape)
         return np.asarray(mapped)
 
-    def _failure(self, reason: str | None) -> LayfigureError:
-        return LayfigureError(f"cannot keep the take's poses in '{self._folder}': {reason}")
+    def _failure(self, reason: str | None) -> SpillError:
+        return SpillError(f"cannot keep the take's poses in '{self._folder}': {reason}")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from layfigure import codec
 from layfigure.bus import read_events
-from layfigure.errors import LayfigureError, ProtocolError, TwoServersError
+from layfigure.errors import LayfigureError, ProtocolError, SpillError, TwoServersError
 from layfigure.mesh_assembly import MeshAssembly
 from layfigure.protocol import (
     CHARACTER_CHANNEL,
@@ -110,7 +110,8 @@ class TakeCollector:
 def read_take(path: str | os.PathLike[str], duration_s: float = math.inf, folder: Path | None = None) -> Take:
     """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`.
 
-    Its poses are kept in a file in `folder`, else in that of temporary files, about as large as the log.
+    Its poses are kept in a file in `folder`, else in that of temporary files, about as large as the log. Raises
+    SpillError if there is no room for it.
     """
     collector = TakeCollector(folder)
     for event in read_events(Path(path)):
@@ -121,6 +122,8 @@ def read_take(path: str | os.PathLike[str], duration_s: float = math.inf, folder
         except TwoServersError:
             collector.drop_rival()
             break
+        except SpillError:
+            raise  # poses are left out for want of room: not the log's end
         except LayfigureError:
             break
     if collector.builder is None:

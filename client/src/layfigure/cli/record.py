@@ -15,7 +15,7 @@ from layfigure.cli.progress import ProgressLine
 from layfigure.cli.stopping import StopFlag
 from layfigure.cli.take_form import add_take_form_options, take_form
 from layfigure.cli.take_switch import TakeSwitch
-from layfigure.errors import LayfigureError
+from layfigure.errors import LayfigureError, SpillError
 from layfigure.recorder import Recorder
 from layfigure.take import Take, TakeBuilder
 from layfigure.take_files import finish_log, numbered, open_log, working_path
@@ -86,7 +86,11 @@ def run_export(options: argparse.Namespace) -> None:
 
     form = take_form(options)
     check_output(options.out)
-    write(read_take(options.log, options.duration, options.out.parent), options.out, options.fps, form)
+    try:
+        take = read_take(options.log, options.duration, options.out.parent)
+    except SpillError as error:
+        raise LayfigureError(f"cannot write '{options.out}': {error}") from error
+    write(take, options.out, options.fps, form)
 
 
 def write(take: Take, out: Path, fps: float, form: TakeForm) -> None:
