@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 
 from layfigure.errors import LayfigureError
 from layfigure.take import Take
 from layfigure.take_collector import read_take
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+LCM_DEVICE = REPOSITORY / "assets/lcm_device.py"
 TIMEOUT_S = 60.0  # for a machine under load; never waited for in a test that passes
 
 
@@ -85,3 +88,13 @@ def _wait_for(log: Path, condition: Callable[[Take], bool]) -> None:
 
 StartClient = Callable[..., ClientProcess]  # (argument, ...)
 RunClient = Callable[..., "subprocess.CompletedProcess[str]"]  # (argument, ...)
+
+
+def load_lcm_device() -> ModuleType:
+    """The example of a device on the bus, as a module."""
+    specification = importlib.util.spec_from_file_location("lcm_device", LCM_DEVICE)
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import socket
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from e2e_support import REPOSITORY, TIMEOUT_S
+from e2e_support import LCM_DEVICE, TIMEOUT_S, load_lcm_device
 from server_support.client import Client
 from server_support.process import ServerProcess, StartServer
 
@@ -23,20 +22,13 @@ from layfigure.bus import Bus
 from layfigure.errors import BusError
 from layfigure.protocol import SPIDAR_COMMAND_CHANNEL, SPIDAR_STATE_CHANNEL, SpidarState
 
-EXAMPLE = REPOSITORY / "assets/lcm_device.py"
 HOLDING = ("--device", "lcm", "--physics-hz", 250, "--haptic-hz", 1000)
 FORCE_LIMIT_N = 3.0 * (1.0 + 1e-12)  # what a server expects of a device that it knows nothing of
 
 
 @pytest.fixture(scope="session")
 def lcm_device() -> ModuleType:
-    """assets/lcm_device.py as a module."""
-    spec = importlib.util.spec_from_file_location("lcm_device", EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_lcm_device()
 
 
 class WatchedDevice:
@@ -138,7 +130,7 @@ def test_device_process_that_is_killed_is_missed_and_another_takes_its_place(
 
     def start() -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, EXAMPLE, "--lcm-url", server.url], stdout=subprocess.PIPE, text=True
+            [sys.executable, LCM_DEVICE, "--lcm-url", server.url], stdout=subprocess.PIPE, text=True
         )
         assert process.stdout is not None
         assert "telling where" in process.stdout.readline()

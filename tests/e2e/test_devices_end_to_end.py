@@ -3,25 +3,21 @@ server's broker between them."""
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
-from e2e_support import REPOSITORY, TIMEOUT_S
+from e2e_support import LCM_DEVICE, REPOSITORY, TIMEOUT_S, load_lcm_device
 from server_support.process import StartServer
 
 from layfigure import codec
 from layfigure.bus import Bus
 from layfigure.protocol import SPIDAR_COMMAND_CHANNEL, SPIDAR_STATE_CHANNEL, SpidarCommand, SpidarState
-
-EXAMPLE = REPOSITORY / "assets/lcm_device.py"
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +69,7 @@ class Peer:
 
 
 def test_the_example_device_passes_the_conformance_test(broker: str, check: Path) -> None:
-    device = subprocess.Popen([sys.executable, EXAMPLE, "--lcm-url", broker], stdout=subprocess.PIPE, text=True)
+    device = subprocess.Popen([sys.executable, LCM_DEVICE, "--lcm-url", broker], stdout=subprocess.PIPE, text=True)
     try:
         assert device.stdout is not None
         assert "telling where device '0' is" in device.stdout.readline()
@@ -131,15 +127,6 @@ def test_wrong_use_is_one_line_and_an_exit_code(
     assert result.stderr.count("\n") == 1
 
 
-def load_example() -> ModuleType:
-    specification = importlib.util.spec_from_file_location("lcm_device", EXAMPLE)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
 class SilentBus:
     """Takes what is published, hands over what it is told to."""
 
@@ -158,7 +145,7 @@ class SilentBus:
 
 
 def test_the_example_device_lets_go_when_commands_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    example = load_example()
+    example = load_lcm_device()
     bus = SilentBus()
     device = example.Device(bus, "left")
     now = 100.0
@@ -188,7 +175,7 @@ def test_the_example_device_lets_go_when_commands_stop(monkeypatch: pytest.Monke
 
 def test_the_example_without_a_bus_says_so_in_one_line() -> None:
     result = subprocess.run(
-        [sys.executable, EXAMPLE, "--lcm-url", "tcpq://127.0.0.1:1"],
+        [sys.executable, LCM_DEVICE, "--lcm-url", "tcpq://127.0.0.1:1"],
         capture_output=True,
         text=True,
         timeout=TIMEOUT_S,
