@@ -132,8 +132,7 @@ class Bus:
         if self._lcm is None:
             raise BusError(self._loss or f"not connected to '{self.url}'")
         for handled in range(_MAX_BATCH):
-            readable, _, _ = select.select([self._lcm.fileno()], [], [], 0.0 if handled else timeout_s)
-            if not readable:
+            if not _is_readable(self._lcm.fileno(), 0.0 if handled else timeout_s):
                 return
             try:
                 self._handle_one()
@@ -188,6 +187,13 @@ def _warn_of_network(url: str) -> None:
     ttl = re.search(r"^udpm:[^?]*\?(?:.*&)?ttl=(\d+)", url)
     if ttl is not None and int(ttl[1]) > 0:
         _logger.warning("'%s' has ttl=%s: messages leave this machine; ttl=0 keeps them here", url, ttl[1])
+
+
+def _is_readable(file_descriptor: int, timeout_s: float) -> bool:
+    """Waits for it. By poll(): select() knows no descriptor above 1023, which a program with many open files has."""
+    poller = select.poll()
+    poller.register(file_descriptor, select.POLLIN)
+    return bool(poller.poll(1e3 * timeout_s))
 
 
 def _probe_tcpq(url: str) -> None:
