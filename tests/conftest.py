@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -37,3 +38,10 @@ def character(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("character") / "doll.glb"
     subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
     return path
+
+
+@pytest.fixture(autouse=True, scope="module")
+def collected_garbage() -> Iterator[None]:
+    """Subscribers and their buses are cycles, whose sockets stay open until they are collected."""
+    yield
+    gc.collect()
