@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -38,6 +39,17 @@ def character(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("character") / "doll.glb"
     subprocess.run([sys.executable, REPOSITORY / "assets/make_doll.py", path], check=True)
     return path
+
+
+@pytest.fixture(scope="session")
+def own_network() -> tuple[str, ...]:
+    """What a command begins with that runs in a network namespace of its own. Skips where there can be none."""
+    if shutil.which("ip") is None:
+        pytest.skip("needs the command ip, of iproute2")
+    isolate = ("unshare", "-n" if os.geteuid() == 0 else "-rn")
+    if subprocess.run([*isolate, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("this machine does not allow network namespaces")
+    return isolate
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +16,6 @@ from layfigure.usd.checks import check
 TIMEOUT_S = 300.0
 POSES = 301  # of the session, and one before it
 NETEM = "tc qdisc add dev lo root netem delay 2ms 1ms loss 3% reorder 25% 50%"
-ISOLATE = ("unshare", "-rn", "sh", "-c")
 # The server on one group, its clients on another, and a bad network between them.
 RELAY_SCRIPT = """
 import contextlib, signal, subprocess, sys
@@ -44,11 +42,11 @@ assert relay.lost > 0
 """
 
 
-def check_take(folder: Path, setup: str, script: str, inputs: list[Path]) -> None:
+def check_take(network: tuple[str, ...], folder: Path, setup: str, script: str, inputs: list[Path]) -> None:
     """Runs the script in a network of its own; every command gets through, and the take tells what it lacks."""
     paths = [Path(__file__).parent, REPOSITORY / "tests/server", folder, *inputs]
     done = subprocess.run(
-        [*ISOLATE, setup, "sh", sys.executable, "-c", script, *map(str, paths)],
+        [*network, "sh", "-c", setup, "sh", sys.executable, "-c", script, *map(str, paths)],
         capture_output=True,
         text=True,
         timeout=TIMEOUT_S,
@@ -66,22 +64,18 @@ def check_take(folder: Path, setup: str, script: str, inputs: list[Path]) -> Non
     assert check(folder / "take.usda").findings == ()
 
 
-@pytest.fixture(autouse=True)
-def _namespaces() -> None:
-    if shutil.which("ip") is None:
-        pytest.skip("needs the command ip, of iproute2")
-    if subprocess.run([*ISOLATE, "true"], capture_output=True, check=False).returncode != 0:
-        pytest.skip("this machine does not allow network namespaces")
-
-
 def test_record_and_play_through_a_relay_that_loses_and_reorders(
-    binary: Path, character: Path, session: Path, tmp_path: Path
+    binary: Path, character: Path, session: Path, tmp_path: Path, own_network: tuple[str, ...]
 ) -> None:
-    check_take(tmp_path, SETUP, RELAY_SCRIPT, [session, binary, character])
+    check_take(own_network, tmp_path, SETUP, RELAY_SCRIPT, [session, binary, character])
 
 
-def test_record_and_play_through_netem(binary: Path, character: Path, session: Path, tmp_path: Path) -> None:
-    allowed = subprocess.run([*ISOLATE, f"ip link set lo up && {NETEM}"], capture_output=True, text=True, check=False)
+def test_record_and_play_through_netem(
+    binary: Path, character: Path, session: Path, tmp_path: Path, own_network: tuple[str, ...]
+) -> None:
+    allowed = subprocess.run(
+        [*own_network, "sh", "-c", f"ip link set lo up && {NETEM}"], capture_output=True, text=True, check=False
+    )
     if allowed.returncode != 0:
         pytest.skip(f"this machine does not allow netem in a network namespace: {allowed.stderr.strip()}")
-    check_take(tmp_path, SETUP.replace("exec", f"{NETEM} && exec"), SCRIPT, [session, binary, character])
+    check_take(own_network, tmp_path, SETUP.replace("exec", f"{NETEM} && exec"), SCRIPT, [session, binary, character])

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from e2e_support import REPOSITORY
 
 from layfigure.take_collector import read_take
@@ -33,14 +31,12 @@ with ServerProcess([*server, "--clock", "lockstep"]) as server:
 """
 
 
-def test_record_and_play_over_multicast(binary: Path, character: Path, session: Path, tmp_path: Path) -> None:
-    if shutil.which("ip") is None:
-        pytest.skip("needs the command ip, of iproute2")
-    if subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode != 0:
-        pytest.skip("this machine does not allow network namespaces")
+def test_record_and_play_over_multicast(
+    binary: Path, character: Path, session: Path, tmp_path: Path, own_network: tuple[str, ...]
+) -> None:
     paths = [Path(__file__).parent, REPOSITORY / "tests/server", tmp_path, session, binary, character]
     done = subprocess.run(
-        ["unshare", "-rn", "sh", "-c", SETUP, "sh", sys.executable, "-c", SCRIPT, *map(str, paths)],
+        [*own_network, "sh", "-c", SETUP, "sh", sys.executable, "-c", SCRIPT, *map(str, paths)],
         capture_output=True,
         text=True,
         timeout=TIMEOUT_S,

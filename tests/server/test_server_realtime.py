@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -130,15 +129,12 @@ def test_flood_of_commands_slows_its_sender_alone(start_server: StartServer, con
     assert (status.state, status.bad_messages) == ("running", 0)
 
 
-def test_url_that_leaves_the_machine_is_warned_of(binary: Path, character: Path) -> None:
+def test_url_that_leaves_the_machine_is_warned_of(binary: Path, character: Path, own_network: tuple[str, ...]) -> None:
     """In a network of its own: nothing leaves the test."""
-    isolate = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
-    if shutil.which("ip") is None or subprocess.run([*isolate, "true"], capture_output=True, check=False).returncode:
-        pytest.skip("needs the command ip, and a machine that allows network namespaces")
     setup = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
     for ttl, warned in ((0, False), (1, True)):
         url = f"udpm://239.255.76.67:7667?ttl={ttl}"
-        command = [*isolate, "sh", "-c", setup, "sh", binary, character, "--lcm-url", url, "--duration", "0.1"]
+        command = [*own_network, "sh", "-c", setup, "sh", binary, character, "--lcm-url", url, "--duration", "0.1"]
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
         assert (f"has ttl={ttl}" in done.stderr) == warned
 
@@ -194,19 +190,16 @@ with ServerProcess(sys.argv[3:], {"LCM_DEFAULT_URL": ""}) as server:
 """
 
 
-def test_multicast_in_a_network_of_its_own(binary: Path, character: Path, messages: object) -> None:
+def test_multicast_in_a_network_of_its_own(
+    binary: Path, character: Path, messages: object, own_network: tuple[str, ...]
+) -> None:
     """udpm, the default bus, inside a network namespace with nothing but a loopback device."""
-    if shutil.which("ip") is None:
-        pytest.skip("needs the command ip, of iproute2")
-    isolate = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
-    if subprocess.run([*isolate, "true"], capture_output=True, check=False).returncode != 0:
-        pytest.skip("this machine does not allow network namespaces")
     types_folder = Path(str(messages.__path__[0])).parents[1]  # type: ignore[attr-defined]
     python = [sys.executable, "-c", UDPM_SCRIPT, str(types_folder), str(Path(__file__).parent)]
     server = [str(binary), str(character), "--clock", "lockstep"]
     setup = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
     done = subprocess.run(
-        [*isolate, "sh", "-c", setup, "sh", *python, *server],
+        [*own_network, "sh", "-c", setup, "sh", *python, *server],
         capture_output=True,
         text=True,
         timeout=2 * TIMEOUT_S,
