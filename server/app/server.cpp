@@ -99,7 +99,7 @@ void tell_broker(const messaging::Broker& broker, status_t& status) {
 /// To who has not said which server is meant.
 std::string two_servers(std::int64_t id, std::int64_t rival) {
   return "two servers speak on this bus, " + std::to_string(id) + " and " + std::to_string(rival) +
-         ": stop one of them, or give each its own --lcm-url or --channel-prefix";
+         ": choose one with --server ID, stop the other, or give each its own --lcm-url or --channel-prefix";
 }
 
 messaging::Bus::Handlers make_handlers(messaging::Inbox& inbox) {

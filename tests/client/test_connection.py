@@ -1,3 +1,6 @@
+from collections.abc import Iterator
+
+import numpy as np
 import pytest
 from client_support import synthetic
 from client_support.scripted_server import ScriptedServer
@@ -93,6 +96,64 @@ def test_two_servers_at_once_are_refused(bus: Bus) -> None:
         server.publish_status()
     with pytest.raises(TwoServersError, match="two servers"):
         bus.wait_until(lambda: connection.watch.silent, 1.0)
+
+
+@pytest.fixture
+def choosy_bus() -> Iterator[Bus]:
+    """Of a client that has chosen server 2."""
+    with Bus("memq://", server_id=2) as bus:
+        yield bus
+
+
+def test_chosen_server_alone_is_commanded_and_heard(choosy_bus: Bus) -> None:
+    one, other = ScriptedServer(choosy_bus, server_id=1), ScriptedServer(choosy_bus, server_id=2)
+    connection = Connection(choosy_bus)
+    for number in range(3):
+        one.publish_status()
+        other.publish_status()
+        assert connection.wait_for_status().server_id == 2
+        assert connection.command("key").server_id == 2
+        assert len(other.commands) == number + 1
+    one.publish_character()
+    assert connection.fetch_character().server_id == 2
+    connection.listen_for_rivals()
+    assert {command.server_id for command in one.commands} == {2}
+
+
+def test_chosen_server_gets_the_pointers(choosy_bus: Bus) -> None:
+    server = ScriptedServer(choosy_bus, server_id=2)
+    Connection(choosy_bus).send_pointer(0, np.zeros(3))
+    choosy_bus.poll(0.1)
+    assert [pointer.server_id for pointer in server.pointers] == [2]
+
+
+def test_chosen_server_that_is_not_there_is_named(choosy_bus: Bus) -> None:
+    ScriptedServer(choosy_bus, server_id=1).publish_status()
+    connection = Connection(choosy_bus)
+    with pytest.raises(
+        NoReplyError, match=r"no server of the id 2 answered 'key' on 'memq://' within 0\.2 s: .*status"
+    ):
+        connection.command("key", timeout_s=0.2)
+    with pytest.raises(NoReplyError, match=r"no server of the id 2 is heard"):
+        connection.wait_for_status(timeout_s=0.1)
+
+
+def test_cut_off_messages_are_bad_whichever_server_is_chosen(choosy_bus: Bus) -> None:
+    Connection(choosy_bus)
+    choosy_bus.publish(STATUS_CHANNEL, b"short")
+    choosy_bus.publish(STATUS_CHANNEL, synthetic.status_message(server_id=1).encode()[:40])  # another's, unread
+    choosy_bus.publish(STATUS_CHANNEL, synthetic.status_message(server_id=2).encode()[:40])
+    choosy_bus.wait_until(lambda: False, 0.1)
+    assert choosy_bus.bad_messages == 2
+
+
+def test_rivals_are_listened_for_where_no_server_is_chosen(bus: Bus) -> None:
+    one, other = ScriptedServer(bus, server_id=1), ScriptedServer(bus, server_id=2)
+    connection = Connection(bus)
+    for server in (one, other, one):
+        server.publish_status()
+    with pytest.raises(TwoServersError, match=r"2 and 1: choose one with --server ID"):
+        connection.listen_for_rivals()
 
 
 def test_reply_values_missing_result_is_a_protocol_error(bus: Bus, server: ScriptedServer) -> None:

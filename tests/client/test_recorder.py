@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from client_support import synthetic
+from client_support.logs import write_log_of_servers
 from client_support.scripted_server import ScriptedServer
 
 from layfigure import codec
@@ -118,6 +119,35 @@ def test_recorder_second_server_at_the_start_is_refused(bus: Bus, server: Script
     ScriptedServer(bus, server_id=99)
     with pytest.raises(TwoServersError):
         Recorder(bus, open_log(out)).start()
+
+
+def test_recorder_of_a_chosen_server_leaves_the_other_out(out: Path) -> None:
+    with Bus("memq://", server_id=2) as bus:
+        one, other = ScriptedServer(bus, server_id=1), ScriptedServer(bus, server_id=2)
+        recorder = Recorder(bus, open_log(out))
+        recorder.start()
+        for _ in range(5):
+            one.publish_poses(2)
+            other.publish_poses(1)
+        one.publish_status("leaving")
+        take = run(recorder).build()
+        assert len(take.times_us) == 5
+        assert (take.lost_poses, take.restarts, recorder.server_left) == (0, 0, False)
+    logged = [
+        codec.decode_pose(event.data) for event in read_events(recorder.log.path) if event.channel == POSE_CHANNEL
+    ]
+    assert [(pose.server_id, pose.sequence) for pose in logged] == [(2, number) for number in range(5)]
+
+
+def test_read_take_of_a_log_of_two_servers_takes_the_chosen_one(tmp_path: Path) -> None:
+    write_log_of_servers(tmp_path / "bus.lcmlog", (1, 2), poses=10)
+    for server_id in (1, 2):
+        take = read_take(tmp_path / "bus.lcmlog", server=server_id)
+        assert (take.character.server_id, len(take.times_us), take.restarts) == (server_id, 10, 0)
+    with pytest.raises(TwoServersError, match="2 and 1: choose one with --server ID"):
+        read_take(tmp_path / "bus.lcmlog")
+    with pytest.raises(LayfigureError, match="holds no whole character of the server 3"):
+        read_take(tmp_path / "bus.lcmlog", server=3)
 
 
 def test_recorder_other_character_ends_the_take_but_keeps_it(recorder: Recorder, server: ScriptedServer) -> None:

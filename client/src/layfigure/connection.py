@@ -29,7 +29,7 @@ from layfigure.protocol import (
     Reply,
     Status,
 )
-from layfigure.servers import ServerWatch
+from layfigure.servers import CONFIRMED_AFTER_S, ServerWatch
 
 RESEND_AFTER_S = 0.5
 REPLY_TIMEOUT_S = 5.0
@@ -38,7 +38,7 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class Connection:
-    """One client of the server on `bus`, to which it addresses all that it sends once it has heard it.
+    """One client of the server on `bus`, to which it addresses all that it sends once it has heard or chosen it.
 
     Its id is new for every connection, so that two clients are told apart.
     """
@@ -51,7 +51,7 @@ class Connection:
         self._reply: Reply | None = None
         self._character: Character | None = None
         self._assembly: MeshAssembly | None = None
-        self.watch = ServerWatch()
+        self.watch = ServerWatch(bus.server_id)
         self.status: Status | None = None  # the newest heartbeat
         bus.subscribe(REPLY_CHANNEL, self._on_reply)
         bus.subscribe(CHARACTER_CHANNEL, self._on_character)
@@ -77,10 +77,7 @@ class Connection:
         while self._reply is None:
             remaining = deadline - time.monotonic()
             if remaining <= 0:
-                raise NoReplyError(
-                    f"no server answered '{name}' on '{self.bus.url}' within {timeout_s:g} s: is layfigure-server "
-                    "running there?"
-                )
+                raise self._unheard(f"answered '{name}'", timeout_s)
             if self.watch.unconfirmed_s > 0.0:
                 self.bus.wait_until(lambda: False, min(self.watch.unconfirmed_s, remaining))
             server_id = self.watch.current or 0
@@ -134,11 +131,21 @@ class Connection:
         """The next heartbeat."""
         self.status = None
         if not self.bus.wait_until(lambda: self.status is not None, timeout_s):
-            raise NoReplyError(
-                f"no server is heard on '{self.bus.url}' within {timeout_s:g} s: is layfigure-server running there?"
-            )
+            raise self._unheard("is heard", timeout_s)
         assert self.status is not None
         return self.status
+
+    def listen_for_rivals(self) -> None:
+        """Raises TwoServersError if a second server speaks on the bus, of which none was chosen."""
+        if self.bus.server_id is None:
+            self.bus.wait_until(lambda: False, CONFIRMED_AFTER_S)
+
+    def _unheard(self, what: str, timeout_s: float) -> NoReplyError:
+        who, mend = "no server", "is layfigure-server running there?"
+        if self.bus.server_id is not None:
+            who = f"no server of the id {self.bus.server_id}"
+            mend = "one that was started again has another id, which 'layfigure status' tells"
+        return NoReplyError(f"{who} {what} on '{self.bus.url}' within {timeout_s:g} s: {mend}")
 
     def _on_reply(self, data: bytes) -> None:
         reply = codec.decode_reply(data)

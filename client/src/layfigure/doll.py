@@ -41,6 +41,7 @@ from layfigure.protocol import (
 )
 from layfigure.recorder import RECONNECT_EVERY_S, Recorder
 from layfigure.recording import Recording
+from layfigure.servers import is_server_id
 from layfigure.session import Session
 from layfigure.session_clock import LockstepClock, wait_for_step
 from layfigure.session_file import load_session
@@ -53,13 +54,20 @@ Pointers = Mapping[int, ArrayLike]
 """Where pointers, by their numbers, are to be in the world: x y z [m], or x y z and a rotation w x y z."""
 
 
-def connect(url: str | None = None, *, prefix: str = "", timeout_s: float = REPLY_TIMEOUT_S) -> Doll:
+def connect(
+    url: str | None = None, *, prefix: str = "", server: int | None = None, timeout_s: float = REPLY_TIMEOUT_S
+) -> Doll:
     """Connects to the server on the LCM bus at `url`, by default $LCM_DEFAULT_URL, else multicast on this machine.
 
-    `prefix` is what the server's channel names start with. Raises BusError if there is no such bus, NoReplyError if no
-    server answers on it within `timeout_s`.
+    `prefix` is what the server's channel names start with. `server` chooses one of several on one bus, by the
+    `server_id` of its messages and of `layfigure status`; it is a new one each time that a server is started.
+
+    Raises BusError if there is no such bus, NoReplyError if no server, or not that one, answers on it within
+    `timeout_s`, UsageError for an id that no server can have.
     """
-    bus = Bus(url, prefix)
+    if server is not None and not is_server_id(server):
+        raise UsageError(f"server is {server}: expected a server's id, as 'layfigure status' prints it")
+    bus = Bus(url, prefix, server)
     try:
         return Doll(bus, timeout_s)
     except BaseException:

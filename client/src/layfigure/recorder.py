@@ -40,7 +40,6 @@ _MOVING_CHANNELS = (
 )
 POLL_S = 0.1
 RECONNECT_EVERY_S = 0.5
-LISTEN_FOR_RIVALS_S = 0.3  # three heartbeats
 
 _logger = logging.getLogger(__name__)
 
@@ -95,7 +94,7 @@ class Recorder:
         """Fetches the character. Raises NoReplyError without a server, TwoServersError with more than one."""
         character = self._connection.fetch_character()
         self._connection.fetch_meshes(character)
-        self._bus.wait_until(lambda: False, LISTEN_FOR_RIVALS_S)
+        self._connection.listen_for_rivals()
         return character
 
     def drop_rival(self) -> None:

@@ -1,7 +1,11 @@
-"""Which server is on the bus: a restarted one is followed, a second one at the same time is refused."""
+"""Which server is on the bus: a restarted one is followed, a second one at the same time is refused.
+
+A client that has chosen one of several servers hears that one alone, see Bus.
+"""
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Callable
 
@@ -9,6 +13,20 @@ from layfigure.errors import TwoServersError
 
 CONFIRMED_AFTER_S = 0.3  # three heartbeats, in which a server that was only thought gone would have spoken
 SILENT_AFTER_S = 2.0  # a server sends a heartbeat ten times a second
+_HEAD = struct.Struct(">qiqq")  # how messages begin: fingerprint, protocol_version, time_us, server_id
+_WHICHEVER = 0  # what a command is addressed to that is for the only server
+
+
+def is_server_id(number: int) -> bool:
+    return 0 < number < 1 << 63
+
+
+def concerns(data: bytes, server_id: int) -> bool:
+    """Whether a message is from that server, for it, or for whichever there is.
+
+    One that is too short to tell is left to its decoder, which says what is wrong with it.
+    """
+    return len(data) < _HEAD.size or _HEAD.unpack_from(data)[3] in (server_id, _WHICHEVER)
 
 
 class ServerWatch:
@@ -18,12 +36,13 @@ class ServerWatch:
     both are alive.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, chosen: int | None = None, clock: Callable[[], float] = time.monotonic) -> None:
+        """`chosen` is the only server that will be heard; None: whichever there is."""
         self._clock = clock
         self._former: set[int] = set()
         self._heard_at = clock()
         self._changed_at = clock()
-        self.current: int | None = None
+        self.current = chosen
 
     def hear(self, server_id: int) -> None:
         """Takes note of a message from `server_id`. Raises TwoServersError."""
@@ -32,8 +51,8 @@ class ServerWatch:
             return
         if server_id in self._former:
             raise TwoServersError(
-                f"two servers speak on this bus, {self.current} and {server_id}: stop one of them, or give each its "
-                "own --lcm-url or --channel-prefix"
+                f"two servers speak on this bus, {self.current} and {server_id}: choose one with --server ID, in "
+                "Python connect(server=ID), stop the other, or give each its own --lcm-url or --channel-prefix"
             )
         if self.current is not None:
             self._former.add(self.current)

@@ -21,7 +21,7 @@ from layfigure.protocol import (
     Character,
     Mesh,
 )
-from layfigure.servers import ServerWatch
+from layfigure.servers import ServerWatch, concerns
 from layfigure.take import Take, TakeBuilder
 
 
@@ -107,25 +107,37 @@ class TakeCollector:
             self.builder.add_status(status)
 
 
-def read_take(path: str | os.PathLike[str], duration_s: float = math.inf, folder: Path | None = None) -> Take:
+def read_take(
+    path: str | os.PathLike[str],
+    duration_s: float = math.inf,
+    folder: Path | None = None,
+    server: int | None = None,
+) -> Take:
     """The take in an event log that a recorder wrote, also a cut-off one; up to the first pose at `duration_s`.
 
+    `server` is the id of the one server whose take it is, where the log holds several, such as one of lcm-logger.
+
     Its poses are kept in a file in `folder`, else in that of temporary files, about as large as the log. Raises
-    SpillError if there is no room for it.
+    SpillError if there is no room for it, TwoServersError if the log holds several servers from its beginning.
     """
     collector = TakeCollector(folder)
     for event in read_events(Path(path)):
+        if server is not None and not concerns(event.data, server):
+            continue
         try:
             collector.feed(event.channel, event.data)
         except ProtocolError:
             continue
         except TwoServersError:
             collector.drop_rival()
+            if collector.builder is None or collector.builder.pose_count == 0:
+                raise
             break
         except SpillError:
             raise  # poses are left out for want of room: not the log's end
         except LayfigureError:
             break
     if collector.builder is None:
-        raise LayfigureError(f"'{path}' holds no whole character: is it a log of 'layfigure record'?")
+        whose = "" if server is None else f" of the server {server}"
+        raise LayfigureError(f"'{path}' holds no whole character{whose}: is it a log of 'layfigure record'?")
     return collector.builder.build(duration_s)

@@ -19,6 +19,7 @@ from types import TracebackType
 import lcm
 
 from layfigure.errors import BusError, ProtocolError
+from layfigure.servers import concerns
 
 Handler = Callable[[bytes], None]
 
@@ -38,11 +39,17 @@ def default_url() -> str:
 
 
 class Bus:
-    """A connection to `url` whose channel names all start with `prefix`."""
+    """A connection to `url` whose channel names all start with `prefix`.
 
-    def __init__(self, url: str | None = None, prefix: str = "") -> None:
+    With `server_id` only that server is heard, of several on one bus, and what is for it: all other messages are passed
+    over unread. It is for channels whose messages name a server, LAYFIGURE_*. A server that is started again has
+    another id.
+    """
+
+    def __init__(self, url: str | None = None, prefix: str = "", server_id: int | None = None) -> None:
         """Connects at once. Raises BusError if nothing answers at `url` or the URL is not one of LCM's."""
         self.url = url or default_url()
+        self.server_id = server_id
         self._prefix = prefix
         self._handlers: list[tuple[str, Handler]] = []
         self._subscriptions: list[lcm.LCMSubscription] = []  # those of the handlers, while it is connected
@@ -175,7 +182,8 @@ class Bus:
 
     def _subscribe(self, connection: lcm.LCM, channel: str, handler: Handler) -> None:
         def collect(_: str, data: bytes) -> None:  # only collects, so that nothing is raised through lcm's C code
-            self._inbox.append((handler, data))
+            if self.server_id is None or concerns(data, self.server_id):
+                self._inbox.append((handler, data))
 
         subscription = connection.subscribe(re.escape(self._prefix + channel), collect)
         subscription.set_queue_capacity(_QUEUE_CAPACITY)

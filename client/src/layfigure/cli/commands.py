@@ -102,7 +102,10 @@ def _add_parser(subparsers: Any, name: str, help_text: str, epilog: str = "") ->
 
 def run_status(options: argparse.Namespace) -> None:
     with open_bus(options) as bus:
-        status = Connection(bus).wait_for_status()
+        connection = Connection(bus)
+        connection.wait_for_status()
+        connection.listen_for_rivals()
+        status = connection.newest_status()
     fields = asdict(status)
     del fields["devices"]
     _print_fields(fields)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from layfigure.bus import Bus
 from layfigure.errors import UsageError
+from layfigure.servers import is_server_id
 
 _MAX_PREFIX_LENGTH = 40  # LCM allows 63 characters for a whole channel name
 
@@ -22,10 +23,23 @@ def add_bus_options(parser: argparse.ArgumentParser) -> None:
         default="",
         help="what the server's channel names start with",
     )
+    add_server_option(parser)
+
+
+def add_server_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--server", metavar="ID", type=server_id, help="of several servers, that one: the server_id of 'status'"
+    )
 
 
 def open_bus(options: argparse.Namespace) -> Bus:
-    return Bus(options.lcm_url, options.channel_prefix)
+    return Bus(options.lcm_url, options.channel_prefix, options.server)
+
+
+def server_id(text: str) -> int:
+    if not (text.isdecimal() and text.isascii() and is_server_id(int(text))):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a server's id: expected the server_id of 'layfigure status'")
+    return int(text)
 
 
 def channel_prefix(text: str) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layfigure.cli.options import add_bus_options, open_bus
+from layfigure.cli.options import add_bus_options, add_server_option, open_bus
 from layfigure.cli.progress import ProgressLine
 from layfigure.cli.stopping import StopFlag
 from layfigure.cli.take_form import add_take_form_options, take_form
@@ -77,6 +77,7 @@ def add_parsers(subparsers: Any) -> None:
     export.add_argument("log", metavar="TAKE.lcmlog", type=Path)
     export.add_argument("out", metavar="OUT.usd[a|c|z]", type=Path)
     add_take_form_options(export)
+    add_server_option(export)
     export.set_defaults(run=run_export)
 
 
@@ -87,7 +88,7 @@ def run_export(options: argparse.Namespace) -> None:
     form = take_form(options)
     check_output(options.out)
     try:
-        take = read_take(options.log, options.duration, options.out.parent)
+        take = read_take(options.log, options.duration, options.out.parent, options.server)
     except SpillError as error:
         raise LayfigureError(f"cannot write '{options.out}': {error}") from error
     write(take, options.out, options.fps, form)
