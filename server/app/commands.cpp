@@ -131,11 +131,17 @@ void CommandProcessor::step(const command_t& command, reply_t& reply) {
 
 void CommandProcessor::require_pointer_message(const command_t& command, std::int64_t pointer,
                                                std::int64_t sequence) const {
+  std::string otherwise;
   for (const auto& [id, known] : simulation_.inputs()) {
-    if (id == pointer && known.client_id() == command.client_id && known.sequence() >= sequence) return;
+    if (id != pointer) continue;
+    if (known.client_id() != command.client_id) {
+      otherwise = ", or client '" + known.client_id() + "' has moved the pointer since";
+    } else if (known.sequence() >= sequence) {
+      return;
+    }
   }
-  throw Refusal("pointer " + std::to_string(pointer) + ": message " + std::to_string(sequence) +
-                " has not arrived; send it again");
+  throw Refusal("pointer " + std::to_string(pointer) + ": message " + std::to_string(sequence) + " has not arrived" +
+                otherwise + "; send it again");
 }
 
 void CommandProcessor::get_character(const command_t& command, reply_t&) {

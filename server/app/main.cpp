@@ -1,42 +1,19 @@
-#include <pthread.h>
-#include <signal.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
-#include <time.h>
 
 #include <exception>
 #include <iostream>
-#include <thread>
 
 #include "layfigure/app/inspect_doll.h"
 #include "layfigure/app/load_doll.h"
 #include "layfigure/app/options.h"
 #include "layfigure/app/replay.h"
 #include "layfigure/app/server.h"
+#include "layfigure/app/stop_signals.h"
 
 namespace {
 
 using namespace layfigure;
-
-/// SIGINT and SIGTERM, blocked so that no thread is interrupted by them: signal_watch() waits for them instead.
-sigset_t block_stop_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  signal(SIGPIPE, SIG_IGN);  // a client that has gone is an error of its own socket only
-  return signals;
-}
-
-std::jthread signal_watch(const sigset_t& signals, app::Server& server) {
-  return std::jthread([signals, &server](const std::stop_token& token) {
-    const timespec interval{0, 50'000'000};
-    while (!token.stop_requested()) {
-      if (sigtimedwait(&signals, nullptr, &interval) > 0) server.stop();
-    }
-  });
-}
 
 /// Returns the exit code.
 int replay(const app::Options& options) {
@@ -59,9 +36,9 @@ void run(const app::Options& options) {
     return;
   }
   const std::size_t remarks = doll.warnings.size();
-  const sigset_t signals = block_stop_signals();
+  const app::StopSignals signals;
   app::Server server(std::move(doll), options.server);
-  const std::jthread watch = signal_watch(signals, server);
+  const std::jthread watch = signals.watch([&] { server.stop(); });
   if (remarks > 0) spdlog::warn("remarks on the character: {}; --inspect lists them", remarks);
   std::cout << "listening on " << server.url() << std::endl;
   server.run();

@@ -1,6 +1,5 @@
 #include "layfigure/app/session_log.h"
 
-#include <layfigure/log_devices_t.hpp>
 #include <layfigure/log_snapshot_t.hpp>
 #include <layfigure/log_step_t.hpp>
 
@@ -62,14 +61,15 @@ void SessionLog::mark_step(const Simulation& simulation, bool failed) {
 }
 
 void SessionLog::brought(const haptics::DeviceInput& input, const Simulation& simulation) {
-  log_devices_t message{};
+  cache::write_bytes(input, input_);
+  log_devices_t& message = devices_;
   message.protocol_version = messaging::kProtocolVersion;
   message.time_us = simulation.time_us();
   message.step = simulation.steps();
-  const std::string bytes = cache::to_bytes(input);
-  message.bytes.assign(bytes.begin(), bytes.end());
-  message.byte_count = static_cast<std::int32_t>(bytes.size());
-  put(messaging::Channel::kLogDevices, message);
+  message.bytes.assign(input_.begin(), input_.end());
+  message.byte_count = static_cast<std::int32_t>(input_.size());
+  messaging::encode(message, encoded_);
+  log_.write_from_step(devices_channel_, encoded_);
 }
 
 std::optional<haptics::DollMemory> LoggedSnapshots::find(const std::string& name) {

@@ -55,6 +55,12 @@ Decoded<Message> refused(std::string problem) {
   return {std::nullopt, std::move(problem)};
 }
 
+template <class Message>
+std::string form_problem() {
+  return "not a layfigure." + std::string(Message::getTypeName()) + " of protocol version " +
+         std::to_string(kProtocolVersion);
+}
+
 const std::string& sender_of(const pointer_t& pointer) { return pointer.client_id; }
 const std::string& sender_of(const command_t& command) { return command.client_id; }
 const std::string& sender_of(const spidar_state_t& state) { return state.device_id; }
@@ -68,8 +74,7 @@ Decoded<Message> decode(ByteView bytes, bool lengths_fit) {
   Message message;
   const int size = static_cast<int>(bytes.size());
   if (!lengths_fit || message.decode(bytes.data(), 0, size) != size) {
-    return refused<Message>("not a layfigure." + std::string(Message::getTypeName()) + " of protocol version " +
-                            std::to_string(kProtocolVersion));
+    return refused<Message>(form_problem<Message>());
   }
   if (sender_of(message).empty() || !is_plain_text(sender_of(message))) {
     return refused<Message>(std::string(kSenderField<Message>) + " is empty or not plain UTF-8");
@@ -145,20 +150,24 @@ bool is_character(std::string_view sequence) {
 
 }  // namespace
 
-std::optional<Heartbeat> decode_heartbeat(ByteView bytes) {
+Decoded<Heartbeat> decode_heartbeat(ByteView bytes) {
   constexpr std::size_t kStateAt =
       kFingerprint + 4 + 8 + 8 + 4;  // after version, time_us, server_id, the state's length
-  if (bytes.size() < kStateAt + kLeaving.size()) return std::nullopt;
   const auto read = [&](std::size_t at, std::size_t size) {
     std::uint64_t value = 0;
     for (const std::uint8_t byte : bytes.subspan(at, size)) value = value << 8U | byte;
     return value;
   };
-  const bool is_status = read(0, kFingerprint) == static_cast<std::uint64_t>(status_t::getHash());
-  if (!is_status || read(kFingerprint, 4) != kProtocolVersion) return std::nullopt;
+  if (bytes.size() < kStateAt + kLeaving.size() ||
+      read(0, kFingerprint) != static_cast<std::uint64_t>(status_t::getHash())) {
+    return refused<Heartbeat>(form_problem<status_t>());
+  }
+  std::string problem = version_problem(static_cast<std::int32_t>(read(kFingerprint, 4)));
+  if (!problem.empty()) return refused<Heartbeat>(std::move(problem));
   const ByteView state = bytes.subspan(kStateAt, kLeaving.size());
-  return Heartbeat{.server_id = static_cast<std::int64_t>(read(kFingerprint + 4 + 8, 8)),
-                   .leaving = std::ranges::equal(state, kLeaving)};
+  return {Heartbeat{.server_id = static_cast<std::int64_t>(read(kFingerprint + 4 + 8, 8)),
+                    .leaving = std::ranges::equal(state, kLeaving)},
+          {}};
 }
 
 bool is_plain_text(std::string_view text) {

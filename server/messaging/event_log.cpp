@@ -6,6 +6,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -13,25 +14,35 @@
 #include <mutex>
 #include <thread>
 #include <utility>
-#include <vector>
+
+#include "byte_ring.h"
 
 namespace layfigure::messaging {
 namespace {
 
 constexpr std::chrono::milliseconds kFlushInterval{200};
+constexpr std::size_t kRingBytes = 16U << 20;  // of a kilobyte in each of 20 000 steps/s, four flush intervals' worth
 
 std::int64_t wall_clock_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
-struct Waiting {
+/// What an event begins with where it waits; its channel and its bytes follow.
+struct Head {
   std::int64_t time_us;
-  std::string channel;
-  Bytes bytes;
+  std::uint32_t channel_size;
+  std::uint32_t size;
 };
 
-std::size_t size_of(const std::string& channel, const Bytes& bytes) { return channel.size() + bytes.size(); }
+Head head_of(std::string_view channel, ByteView bytes) {
+  return {wall_clock_us(), static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())};
+}
+
+template <class Value>
+ByteView bytes_of(const Value* values, std::size_t count) {
+  return {reinterpret_cast<const std::uint8_t*>(values), count * sizeof(Value)};
+}
 
 /// Open, and ours alone until it is closed.
 int lock_file(const std::filesystem::path& path) {
@@ -55,55 +66,62 @@ struct EventLogWriter::Impl {
   }
 
   void run();
-  [[nodiscard]] bool put(Waiting& event) const;
+  [[nodiscard]] bool put(const Bytes& events) const;
   void end(const std::string& why);
 
   const std::filesystem::path path;
   const int lock;
   lcm_eventlog_t* const log;
+  std::atomic<bool> ended{false};
+  ByteRing ring{kRingBytes};  ///< newer than the queue; taken under the mutex
   std::mutex mutex;
   std::condition_variable changed;
-  std::vector<Waiting> queue;
-  std::size_t waiting{0};  ///< bytes in the queue
+  Bytes queue;
   bool closing{false};
-  bool ended{false};
   std::thread thread;  // last: it uses the others
 };
 
-bool EventLogWriter::Impl::put(Waiting& event) const {
-  lcm_eventlog_event_t record{};
-  record.timestamp = event.time_us;
-  record.channellen = static_cast<std::int32_t>(event.channel.size());
-  record.datalen = static_cast<std::int32_t>(event.bytes.size());
-  record.channel = event.channel.data();
-  record.data = event.bytes.data();
-  return lcm_eventlog_write_event(log, &record) == 0;
+/// False if the file takes no more.
+bool EventLogWriter::Impl::put(const Bytes& events) const {
+  std::size_t at = 0;
+  while (at < events.size()) {
+    Head head{};
+    std::memcpy(&head, &events[at], sizeof head);
+    const auto* channel = reinterpret_cast<const char*>(&events[at]) + sizeof head;
+    lcm_eventlog_event_t record{};
+    record.timestamp = head.time_us;
+    record.channellen = static_cast<std::int32_t>(head.channel_size);
+    record.datalen = static_cast<std::int32_t>(head.size);
+    record.channel = const_cast<char*>(channel);  // LCM's writer changes nothing
+    record.data = const_cast<char*>(channel + head.channel_size);
+    if (lcm_eventlog_write_event(log, &record) != 0) return false;
+    at += sizeof head + head.channel_size + head.size;
+  }
+  return std::fflush(log->f) == 0;
 }
 
 void EventLogWriter::Impl::end(const std::string& why) {
+  if (ended.exchange(true)) return;
   {
     const std::lock_guard guard(mutex);
-    if (std::exchange(ended, true)) return;
-    queue.clear();
-    waiting = 0;
+    queue = {};
   }
   spdlog::error("the log '{}' ends here: {}", path.string(), why);
 }
 
 void EventLogWriter::Impl::run() {
-  std::vector<Waiting> batch;
+  Bytes batch;
   for (bool last = false; !last;) {
     {
       std::unique_lock guard(mutex);
       changed.wait_for(guard, kFlushInterval, [&] { return closing; });
       last = closing;
+      ring.take(queue);
       batch.swap(queue);
-      waiting = 0;
     }
-    bool sound = true;
-    for (Waiting& event : batch) sound = sound && put(event);
-    if (!batch.empty() && (!sound || std::fflush(log->f) != 0)) end(std::strerror(errno));
+    if (!ended && !batch.empty() && !put(batch)) end(std::strerror(errno));
     batch.clear();
+    if (batch.capacity() > kRingBytes) batch.shrink_to_fit();  // a disk that stood still stands still seldom
   }
 }
 
@@ -120,18 +138,28 @@ EventLogWriter::~EventLogWriter() {
   ::close(impl_->lock);
 }
 
-void EventLogWriter::write(std::string channel, Bytes bytes) {
-  const std::size_t size = size_of(channel, bytes);
+void EventLogWriter::write(std::string_view channel, ByteView bytes) {
+  if (impl_->ended) return;
+  const Head head = head_of(channel, bytes);
   {
     const std::lock_guard guard(impl_->mutex);
-    if (impl_->ended) return;
-    if (impl_->waiting + size <= kMostWaiting) {
-      impl_->queue.push_back({wall_clock_us(), std::move(channel), std::move(bytes)});
-      impl_->waiting += size;
+    Bytes& queue = impl_->queue;
+    impl_->ring.take(queue);
+    if (queue.size() + sizeof head + channel.size() + bytes.size() <= kMostWaiting) {
+      for (const ByteView piece : {bytes_of(&head, 1), bytes_of(channel.data(), channel.size()), bytes}) {
+        queue.insert(queue.end(), piece.begin(), piece.end());
+      }
       return;
     }
   }
   impl_->end("the disk is too slow for it");
+}
+
+void EventLogWriter::write_from_step(std::string_view channel, ByteView bytes) {
+  if (impl_->ended) return;
+  const Head head = head_of(channel, bytes);
+  if (impl_->ring.put({bytes_of(&head, 1), bytes_of(channel.data(), channel.size()), bytes})) return;
+  write(channel, bytes);
 }
 
 struct EventLogReader::Impl {

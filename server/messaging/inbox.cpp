@@ -47,14 +47,16 @@ void Inbox::receive_command(ByteView bytes) {
 }
 
 void Inbox::receive_status(ByteView bytes) {
-  const std::optional<Heartbeat> heartbeat = decode_heartbeat(bytes);
-  if (!heartbeat || heartbeat->server_id == server_id_) return;
+  const Decoded<Heartbeat> decoded = decode_heartbeat(bytes);
+  if (!decoded.message) return refuse("status", decoded.problem);
+  const Heartbeat& heartbeat = *decoded.message;
+  if (heartbeat.server_id == server_id_) return;
   const std::lock_guard lock(mutex_);
-  if (heartbeat->leaving) {
-    if (heartbeat->server_id == rival_) rival_ = 0;
+  if (heartbeat.leaving) {
+    if (heartbeat.server_id == rival_) rival_ = 0;
     return;
   }
-  rival_ = heartbeat->server_id;
+  rival_ = heartbeat.server_id;
   rival_heard_ = Clock::now();
 }
 

@@ -1,14 +1,25 @@
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 from client_support import synthetic
 from client_support.scripted_server import ScriptedServer
 
+from layfigure import messages
 from layfigure.bus import Bus
 from layfigure.connection import Connection
+from layfigure.doll import Doll
 from layfigure.errors import NoReplyError, ProtocolError, RefusedError, TwoServersError
-from layfigure.protocol import CHARACTER_CHANNEL, STATUS_CHANNEL, Argument
+from layfigure.protocol import (
+    CHARACTER_CHANNEL,
+    FORCE_CHANNEL,
+    MESH_CHANNEL,
+    POSE_CHANNEL,
+    REPLY_CHANNEL,
+    STATUS_CHANNEL,
+    Argument,
+)
 from layfigure.servers import SILENT_AFTER_S, ServerWatch
 
 
@@ -87,6 +98,61 @@ def test_bad_message_is_counted_and_left_out(bus: Bus, server: ScriptedServer) -
     server.publish_status()
     assert connection.wait_for_status().state == "running"
     assert bus.bad_messages == 2
+
+
+def test_server_of_another_version_is_told_in_the_line_that_fails(bus: Bus, caplog: pytest.LogCaptureFixture) -> None:
+    connection = Connection(bus)
+    status = synthetic.status_message()
+    status.protocol_version = 2
+    for _ in range(5):
+        bus.publish(STATUS_CHANNEL, status.encode())
+    with pytest.raises(NoReplyError, match=r"no server is heard .* cannot be read \(status_t of protocol version 2, "):
+        connection.wait_for_status(timeout_s=0.2)
+    assert [record.getMessage() for record in caplog.records] == [
+        "bad message left out: status_t of protocol version 2, expected 1"
+    ]
+    assert connection.watch.current is None
+
+
+MESSAGES_OF_SERVERS = {
+    CHARACTER_CHANNEL: lambda: synthetic.character_message(99, content_hash=5),
+    MESH_CHANNEL: lambda: synthetic.chunk_messages(server_id=99)[0],
+    POSE_CHANNEL: lambda: synthetic.pose_message(7, 99, content_hash=5),
+    FORCE_CHANNEL: lambda: synthetic.force_message(7, 99),
+    STATUS_CHANNEL: lambda: synthetic.status_message("leaving", 99),
+    REPLY_CHANNEL: lambda: _reply(99),
+}
+
+
+def _reply(server_id: int):
+    reply = messages.reply_t()
+    reply.server_id = server_id
+    reply.accepted = True
+    return reply
+
+
+@pytest.mark.parametrize("channel", MESSAGES_OF_SERVERS)
+def test_messages_of_another_version_are_told_in_a_line_and_change_nothing(
+    channel: str, bus: Bus, server: ScriptedServer, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.publish_poses(3)
+    doll = Doll(bus)
+    server.publish_poses(1)
+    with doll.record(tmp_path / "take.lcmlog") as recording:
+        before = doll.pose()
+        message = MESSAGES_OF_SERVERS[channel]()
+        message.protocol_version = 2
+        for _ in range(3):
+            bus.publish(channel, message.encode())
+        bus.wait_until(lambda: False, 0.1)
+        assert doll.pose() is before
+        assert doll.character.content_hash == synthetic.CONTENT_HASH
+        server.publish_poses(1)
+        assert bus.wait_until(lambda: doll.pose().sequence == before.sequence + 1, 1.0)
+        assert recording.take.restarts == 0
+    lines = {record.getMessage() for record in caplog.records}
+    assert lines == {f"bad message left out: {type(message).__name__} of protocol version 2, expected 1"}
+    assert len(caplog.records) == 1
 
 
 def test_two_servers_at_once_are_refused(bus: Bus) -> None:

@@ -27,7 +27,9 @@ do = [{ grab = "hand.L" }, { move = [0.0, -0.03, 0.05], over = 0.5 }, { release 
 
 [[expect]]
 at = 0.5
-state = "running"
+moved = "hand.L"
+since = 0.0
+at_least = 0.01
 """
 SESSION_POSES = 43  # 0.7 s at 60 Hz, both ends
 

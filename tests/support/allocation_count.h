@@ -6,4 +6,7 @@ namespace layfigure::testing {
 /// new.
 [[nodiscard]] long allocation_count();
 
+/// Those of this thread.
+[[nodiscard]] long thread_allocation_count();
+
 }  // namespace layfigure::testing

@@ -145,6 +145,8 @@ class Connection:
         if self.bus.server_id is not None:
             who = f"no server of the id {self.bus.server_id}"
             mend = "one that was started again has another id, which 'layfigure status' tells"
+        if self.bus.problem:
+            mend = f"what is said there cannot be read ({self.bus.problem}); use server and client of one version"
         return NoReplyError(f"{who} {what} on '{self.bus.url}' within {timeout_s:g} s: {mend}")
 
     def _on_reply(self, data: bytes) -> None:

@@ -77,7 +77,7 @@ class Client:
         """Sends a pointer; returns the message's sequence number."""
         self._pointer_sequence += 1
         message = self._messages.pointer_t()
-        message.protocol_version = 1
+        message.protocol_version = self.version
         message.server_id = self.server_id
         message.client_id = self.id
         message.sequence = self._pointer_sequence

@@ -274,6 +274,67 @@ TEST_F(Commands, StepBeforeItsPointerMessage_RefusedUntilItComes) {
   EXPECT_EQ(simulation_.steps(), 1);
 }
 
+TEST_F(Commands, StepWhosePointerAnotherClientHasMoved_RefusedNamingThatClient) {
+  point(1, {0, 0, 0.1});
+  point(7, {0, 0, 0.2}, "other");
+  const auto step = [this] { return send("step", {number_argument("pointer_sequence", {0.0, 1.0})}); };
+  const reply_t refused = step();
+  EXPECT_FALSE(refused.accepted);
+  EXPECT_NE(refused.reason.find("client 'other' has moved the pointer since"), std::string::npos) << refused.reason;
+  point(1, {0, 0, 0.1});
+  EXPECT_TRUE(step().accepted) << "the one that came last wins";
+}
+
+TEST_F(Commands, RegrabWithinOneStep_HoldsAnewFromWhereItIs) {
+  const auto grab = [this](const std::string& bone) { return send("grab", {text_argument("bone", bone)}); };
+  const std::vector<double> held = result(grab("arm"), "position");
+  point(1, {held[0], held[1], held[2] + 0.2});
+  ASSERT_TRUE(send("step", {number_argument("count", {3000.0})}).accepted);  // until the arm stands still
+  const auto pull = [this] { return simulation_.pointers().at(0).force_on_hand().force.norm(); };
+  const double first_pull = pull();
+  ASSERT_GT(first_pull, 1.0);
+  const dynamics::State before = simulation_.state();
+  for (const char* bone : {"arm", "spine", "arm"}) {
+    ASSERT_TRUE(send("release").accepted);
+    const reply_t again = grab(bone);
+    ASSERT_TRUE(again.accepted) << again.reason;
+  }
+  for (std::size_t body = 0; body < before.bodies.size(); ++body) {
+    EXPECT_EQ(simulation_.state().bodies[body].linear_momentum, before.bodies[body].linear_momentum) << body;
+    EXPECT_EQ(simulation_.state().bodies[body].rotation.coeffs(), before.bodies[body].rotation.coeffs()) << body;
+  }
+  ASSERT_TRUE(send("step").accepted);
+  EXPECT_LT(pull(), 0.05 * first_pull) << "the first grip's pull is gone with it";
+  EXPECT_EQ(simulation_.hands().busy_pointers(), std::vector<int>{0});
+  ASSERT_TRUE(send("release").accepted);
+  EXPECT_FALSE(send("release").accepted) << "one release for each grab, and none left over";
+}
+
+TEST_F(Commands, TwoClientsInterleavedWithEqualSequences_EachCarriedOutOnceAndAnsweredForItself) {
+  constexpr int kEach = 20;
+  const auto command_of = [](const std::string& client, int sequence) {
+    command_t command = make_command(sequence, "step");
+    command.client_id = client;
+    add_argument(command, number_argument("count", {client == "a" ? 1.0 : 2.0}));
+    return command;
+  };
+  std::vector<reply_t> first;
+  for (int sequence = 1; sequence <= kEach; ++sequence) {
+    for (const char* client : {"a", "b"}) first.push_back(handle(command_of(client, sequence)));
+  }
+  EXPECT_EQ(simulation_.steps(), 3 * kEach);
+  std::size_t k = 0;
+  for (int sequence = 1; sequence <= kEach; ++sequence) {
+    for (const char* client : {"a", "b"}) {
+      const reply_t again = handle(command_of(client, sequence));
+      EXPECT_EQ(messaging::encode(again), messaging::encode(first[k])) << client << sequence;
+      EXPECT_EQ(result(again, "steps"), std::vector<double>{3.0 * sequence - (client == std::string("a") ? 2.0 : 0.0)});
+      ++k;
+    }
+  }
+  EXPECT_EQ(simulation_.steps(), 3 * kEach);
+}
+
 TEST_F(Commands, StepWithAGrip_GlidesOverItsWholeCount) {
   send("grab", {text_argument("bone", "tip")});
   point(1, {0.6, 0, 1.5});

@@ -66,6 +66,14 @@ TEST(Bytes, Optional_IsThereOrNot) {
   EXPECT_EQ(from_bytes<Maybe>(to_bytes(Maybe{"there"})), "there");
 }
 
+TEST(Bytes, WrittenOverOthers_AreTheSameInTheRoomThatIsThere) {
+  std::string bytes = to_bytes(std::vector<double>(100, 1.0));
+  const char* const room = bytes.data();
+  write_bytes(std::vector<double>(50, 2.0), bytes);
+  EXPECT_EQ(bytes, to_bytes(std::vector<double>(50, 2.0)));
+  EXPECT_EQ(bytes.data(), room);
+}
+
 TEST(Bytes, CutShortOrLonger_AreRefused) {
   const std::string bytes = to_bytes(Outer{});
   for (std::size_t length = 0; length < bytes.size(); ++length) {

@@ -220,6 +220,20 @@ TEST(DeviceHands, SecondButton_IsTheClutch) {
   EXPECT_LT((rig.pointer().pose().position - before).norm(), 1e-12) << "and no jump when it is let go";
 }
 
+TEST(DeviceHands, RegrabWithinOneStep_TakesTheForceAway) {
+  Rig rig = spidar_rig();
+  pull_up(rig, 0.02);
+  const double before = rig.pointer().force_on_hand().force.norm();
+  ASSERT_GT(before, 0.0);
+  for (int times = 0; times < 2; ++times) {
+    rig.hands.release(0);
+    rig.hands.grab({.pointer = 0, .bone = kTip});
+  }
+  rig.step();
+  EXPECT_LT(rig.pointer().force_on_hand().force.norm(), 0.05 * before);
+  EXPECT_EQ(rig.devices.seen(0).report.fault, device::Fault::kNone);
+}
+
 TEST(DeviceHands, Step_AllocatesNothing) {
   Rig rig = spidar_rig();
   pull_up(rig, 0.01);

@@ -215,6 +215,37 @@ TEST(DecodeCommand, TextThatIsNotUtf8_Refused) {
   EXPECT_FALSE(decode_command(encode(command)).message);
 }
 
+TEST(DecodeHeartbeat, Sample_TellsWhoSpeaksAndWhetherItLeaves) {
+  status_t status = testing::sample_status();
+  Decoded<Heartbeat> decoded = decode_heartbeat(encode(status));
+  ASSERT_TRUE(decoded.message) << decoded.problem;
+  EXPECT_EQ(decoded.message->server_id, status.server_id);
+  EXPECT_FALSE(decoded.message->leaving);
+  status.state = "leaving";
+  decoded = decode_heartbeat(encode(status));
+  ASSERT_TRUE(decoded.message) << decoded.problem;
+  EXPECT_TRUE(decoded.message->leaving);
+}
+
+TEST(DecodeHeartbeat, OtherVersionOrType_RefusedWithTheReason) {
+  status_t status = testing::sample_status();
+  status.protocol_version = 2;
+  EXPECT_EQ(decode_heartbeat(encode(status)).problem, "protocol version 2, this server speaks 1");
+  for (const Bytes& bytes : {encode(sample_pointer()), Bytes{}, Bytes(200, 0xff)}) {
+    const Decoded<Heartbeat> decoded = decode_heartbeat(bytes);
+    EXPECT_FALSE(decoded.message);
+    EXPECT_EQ(decoded.problem, "not a layfigure.status_t of protocol version 1");
+  }
+}
+
+TEST(DecodeHeartbeat, EveryTruncation_IsRefusedOrReadsTheBeginning) {
+  const Bytes whole = encode(testing::sample_status());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Decoded<Heartbeat> decoded = decode_heartbeat(ByteView(whole).first(size));
+    if (decoded.message) EXPECT_EQ(decoded.message->server_id, testing::sample_status().server_id);
+  }
+}
+
 TEST(PlainText, ValidUtf8_Accepted) {
   for (const char* text : {"", "bone", "H\u00fcfte", "\u9aa8", "\U0001f9b4", "mixamorig:LeftHand"}) {
     EXPECT_TRUE(is_plain_text(text)) << text;

@@ -128,7 +128,53 @@ TEST(Inbox, Garbage_CountedAndNotQueued) {
   inbox.receive_command(garbage);
   inbox.receive_command({});
   EXPECT_EQ(inbox.bad_messages(), 3);
+  inbox.receive_status(garbage);
+  EXPECT_EQ(inbox.bad_messages(), 4);
+  EXPECT_EQ(inbox.rival(), 0);
   EXPECT_TRUE(inbox.take().empty());
+}
+
+TEST(Inbox, PointerOfTwoClients_LastToArriveWins) {
+  Inbox inbox(kServer);
+  send(inbox, make_pointer(0, 9, "one"));
+  send(inbox, make_pointer(0, 1, "other"));
+  EXPECT_EQ(summary(inbox.take()), "p0:1 ");
+  send(inbox, make_pointer(0, 2, "other"));
+  send(inbox, make_pointer(0, 10, "one"));
+  EXPECT_EQ(summary(inbox.take()), "p0:10 ");
+}
+
+TEST(Inbox, CommandsOfTwoClientsWithEqualSequences_AllKeptInOrder) {
+  Inbox inbox(kServer);
+  std::string sent;
+  for (int sequence = 1; sequence <= 50; ++sequence) {
+    for (const char* client : {"one", "other"}) {
+      command_t command = make_command(sequence, "key");
+      command.client_id = client;
+      send(inbox, command);
+      sent += std::string(client) + " ";
+    }
+  }
+  std::string taken;
+  for (const Inbox::Event& event : inbox.take()) taken += std::get<command_t>(event).client_id + " ";
+  EXPECT_EQ(taken, sent);
+}
+
+TEST(Inbox, OtherProtocolVersion_OfEachType_OnlyACommandIsLeftToBeAnswered) {
+  Inbox inbox(kServer);
+  pointer_t pointer = make_pointer(0, 1);
+  pointer.protocol_version = 2;
+  status_t status = testing::sample_status();
+  status.protocol_version = 2;
+  command_t command = make_command(1, "step");
+  command.protocol_version = 2;
+  send(inbox, pointer);
+  inbox.receive_status(encode(status));
+  EXPECT_EQ(inbox.bad_messages(), 2);
+  EXPECT_EQ(inbox.rival(), 0);
+  send(inbox, command);
+  EXPECT_EQ(inbox.bad_messages(), 2);
+  EXPECT_EQ(summary(inbox.take()), "c1 ");
 }
 
 TEST(InboxWait, NothingArrives_ReturnsAtTheDeadline) {

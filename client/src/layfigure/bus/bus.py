@@ -56,6 +56,7 @@ class Bus:
         self._inbox: list[tuple[Handler, bytes]] = []
         self._last_complaint_s = float("-inf")
         self.bad_messages = 0  # that a handler could not decode
+        self.problem = ""  # with the newest message, if it is one of them
         self._lcm: lcm.LCM | None = None
         self._loss = ""  # how the connection was lost, until the caller has been told
         _warn_of_network(self.url)
@@ -174,8 +175,10 @@ class Bus:
     def _dispatch(self, handler: Handler, data: bytes) -> None:
         try:
             handler(data)
+            self.problem = ""
         except ProtocolError as error:
             self.bad_messages += 1
+            self.problem = str(error)
             if time.monotonic() - self._last_complaint_s >= _LOG_INTERVAL_S:
                 self._last_complaint_s = time.monotonic()
                 _logger.warning("bad message left out: %s", error)

@@ -5,7 +5,8 @@
 
 namespace layfigure::app {
 
-/// The messages of one pointer: whose the newest was, and how far apart they come.
+/// The messages of one pointer: whose the newest was, and how far apart they come. A pointer is nobody's own: of
+/// several clients that move it, the one whose message came last is followed.
 class PointerInput {
  public:
   [[nodiscard]] const std::string& client_id() const { return client_id_; }

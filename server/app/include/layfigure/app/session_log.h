@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <layfigure/log_devices_t.hpp>
 #include <layfigure/log_start_t.hpp>
 #include <optional>
 #include <string>
@@ -29,7 +30,9 @@ class SessionLog {
  public:
   /// Throws messaging::LogError.
   SessionLog(const std::filesystem::path& path, std::string channel_prefix)
-      : log_(path), prefix_(std::move(channel_prefix)) {}
+      : log_(path),
+        prefix_(std::move(channel_prefix)),
+        devices_channel_(messaging::channel_name(prefix_, messaging::Channel::kLogDevices)) {}
 
   void begin(const log_start_t& start) { put(messaging::Channel::kLogStart, start); }
   /// A message that takes effect now.
@@ -42,7 +45,8 @@ class SessionLog {
   void published(messaging::Channel channel, const Message& message) {
     put(channel, message);
   }
-  /// The step that the simulation is at began with this.
+  /// The step that the simulation is at began with this. For where the step runs: allocates only for more than ever
+  /// before, and as EventLogWriter::write_from_step() does.
   void brought(const haptics::DeviceInput& input, const Simulation& simulation);
   /// The simulation tried its next step in vain.
   void failed(const Simulation& simulation) { mark_step(simulation, true); }
@@ -57,6 +61,11 @@ class SessionLog {
   messaging::EventLogWriter log_;
   std::string prefix_;
   std::int64_t marked_step_{-1};
+  // brought()'s own, so that it finds their room again
+  const std::string devices_channel_;
+  std::string input_;
+  log_devices_t devices_{};
+  messaging::Bytes encoded_;
 };
 
 /// Snapshots of which those that are asked for go to the log, if there is one, after the command that asks.

@@ -24,6 +24,9 @@ namespace layfigure::cache {
 /// Appends values to a string of bytes.
 class ByteWriter {
  public:
+  ByteWriter() = default;
+  /// To one that is empty but may have room.
+  explicit ByteWriter(std::string room) : bytes_(std::move(room)) {}
   template <class T>
   void plain(const T* values, std::size_t count) {
     bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(T));
@@ -185,11 +188,20 @@ void transfer(Archive& archive, T& value) {
   }
 }
 
+/// Writes `value` in place of what `bytes` held: allocates only for more than that ever had room for.
+template <class T>
+void write_bytes(const T& value, std::string& bytes) {
+  bytes.clear();
+  ByteWriter writer(std::move(bytes));
+  transfer(writer, const_cast<T&>(value));  // a writer changes nothing
+  bytes = writer.take();
+}
+
 template <class T>
 [[nodiscard]] std::string to_bytes(const T& value) {
-  ByteWriter writer;
-  transfer(writer, const_cast<T&>(value));  // a writer changes nothing
-  return writer.take();
+  std::string bytes;
+  write_bytes(value, bytes);
+  return bytes;
 }
 
 /// The value of to_bytes(). Throws std::runtime_error if the bytes are not one whole value; that its numbers make sense

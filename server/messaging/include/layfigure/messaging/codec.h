@@ -15,11 +15,18 @@ namespace layfigure::messaging {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-/// The bytes of a message as LCM carries them: fingerprint, then the fields, big endian.
+/// The bytes of a message as LCM carries them: fingerprint, then the fields, big endian. They replace what `bytes`
+/// held; allocates only for more than that ever had room for.
+template <class Message>
+void encode(const Message& message, Bytes& bytes) {
+  bytes.resize(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+}
+
 template <class Message>
 [[nodiscard]] Bytes encode(const Message& message) {
-  Bytes bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  Bytes bytes;
+  encode(message, bytes);
   return bytes;
 }
 
@@ -53,8 +60,8 @@ struct Heartbeat {
   bool leaving{false};  ///< it is its last message
 };
 
-/// Nothing if the bytes are no status_t of this version. Reads its beginning only.
-[[nodiscard]] std::optional<Heartbeat> decode_heartbeat(ByteView bytes);
+/// Reads the beginning of a status_t only. Refused unless it is one of this version.
+[[nodiscard]] Decoded<Heartbeat> decode_heartbeat(ByteView bytes);
 
 /// The state of a server's last status_t.
 inline constexpr std::string_view kLeaving = "leaving";

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "layfigure/messaging/codec.h"
 
@@ -39,7 +40,12 @@ class EventLogWriter {
 
   /// Queues an event, with the present wall-clock time. Where the disk is full, or so slow that kMostWaiting is not
   /// enough, the log ends, one line says so, and this does nothing any more. Thread-safe; allocates.
-  void write(std::string channel, Bytes bytes);
+  void write(std::string_view channel, ByteView bytes);
+
+  /// The same where neither an allocation nor a lock may be: the event is copied into memory that is there. Only if the
+  /// disk has let that be filled, which takes it a second and more, this is as write(). For one thread; its events, by
+  /// either of the two, keep their order.
+  void write_from_step(std::string_view channel, ByteView bytes);
 
  private:
   struct Impl;
