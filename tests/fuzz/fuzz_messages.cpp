@@ -60,6 +60,7 @@ std::string try_message(fuzz::RandomMessages& messages, fuzz::MessageTarget& tar
   std::string wrong = target.receive_command(view(bytes));
   if (wrong.empty()) wrong = target.receive_pointer(view(bytes));
   (void)messaging::decode_spidar_state(view(bytes));
+  (void)messaging::decode_heartbeat(view(bytes));
   if (messages.random()() % 16 == 0) parse_stream(bytes, messages.random());
   return wrong;
 }
