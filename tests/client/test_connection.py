@@ -1,4 +1,4 @@
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +82,26 @@ def test_fetch_meshes_lost_chunks_are_asked_for_again(bus: Bus, server: Scripted
     assert len(meshes) == 1
     wanted = [argument for command in server.commands for argument in command.arguments]
     assert [(argument.name, list(argument.values)) for argument in wanted] == [("chunks", [0.0, 3.0])]
+
+
+def test_fetch_meshes_slow_chunks_are_not_asked_for_again(
+    bus: Bus, server: ScriptedServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One comes each time that the client has waited for as long as it waits for lost ones."""
+    chunks = synthetic.chunk_messages()
+    server.lost_chunks = {chunk.index for chunk in chunks}
+    connection = Connection(bus)
+    character = connection.fetch_character()
+    wait_until = bus.wait_until
+
+    def wait_shortly(condition: Callable[[], bool], timeout_s: float) -> bool:
+        if chunks:
+            bus.publish(MESH_CHANNEL, chunks.pop().encode())
+        return wait_until(condition, min(timeout_s, 0.01))
+
+    monkeypatch.setattr(bus, "wait_until", wait_shortly)
+    assert len(connection.fetch_meshes(character)) == 1
+    assert server.command_names() == ["get_character", "get_mesh"]
 
 
 def test_fetch_meshes_that_never_come_gives_up(bus: Bus, server: ScriptedServer) -> None:

@@ -119,9 +119,18 @@ class Connection:
         while time.monotonic() < deadline:
             missing = tuple(map(float, assembly.missing()))
             self.command("get_mesh", *([Argument("chunks", values=missing)] if missing else []))
-            if self.bus.wait_until(lambda: assembly.complete, RESEND_AFTER_S):
+            if self._wait_for_chunks(assembly, deadline):
                 return assembly.meshes()
         raise NoReplyError(f"the mesh of '{character.name}' did not arrive whole within {timeout_s:g} s")
+
+    def _wait_for_chunks(self, assembly: MeshAssembly, deadline: float) -> bool:
+        """True if it is complete, False if no chunk comes any more: what is on its way is not asked for again."""
+        before = -1
+        while before < assembly.chunk_count and time.monotonic() < deadline:
+            before = assembly.chunk_count
+            if self.bus.wait_until(lambda: assembly.complete, RESEND_AFTER_S):
+                return True
+        return False
 
     def newest_status(self) -> Status:
         """The newest heartbeat that was heard, else the next one."""

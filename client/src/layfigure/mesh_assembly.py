@@ -26,6 +26,10 @@ class MeshAssembly:
     def complete(self) -> bool:
         return self._total > 0 and len(self._chunks) == self._total
 
+    @property
+    def chunk_count(self) -> int:
+        return len(self._chunks)
+
     def missing(self) -> list[int]:
         """Empty as long as no chunk has said how many there are."""
         return [index for index in range(self._total) if index not in self._chunks]
