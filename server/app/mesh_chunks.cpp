@@ -26,10 +26,47 @@ void add_influences(mesh_t& out, const std::vector<character::Influence>& influe
   out.joint_weights.push_back(std::move(weights));
 }
 
+std::string to_wire(character::Wrap wrap) {
+  if (wrap == character::Wrap::kClamp) return "clamp";
+  return wrap == character::Wrap::kMirror ? "mirror" : "repeat";
+}
+
+material_t make_material(const character::Material& material) {
+  material_t out{};
+  out.name = material.name;
+  std::ranges::copy(material.base_color, out.base_color);
+  out.opacity = material.opacity;
+  out.texture_alpha = static_cast<std::int8_t>(material.texture_alpha);
+  out.alpha_cutoff = material.alpha_cutoff;
+  out.texture = material.texture;
+  out.image = material.image;
+  out.wrap_u = to_wire(material.wrap[0]);
+  out.wrap_v = to_wire(material.wrap[1]);
+  return out;
+}
+
+image_t make_image(const character::Image& image) {
+  image_t out{};
+  out.name = image.name;
+  out.format = image.format;
+  out.byte_count = static_cast<std::int32_t>(image.bytes.size());
+  out.bytes.assign(image.bytes.begin(), image.bytes.end());
+  return out;
+}
+
+void add_wedges(mesh_t& out, const character::Wedges& wedges) {
+  out.normal_count = static_cast<std::int32_t>(wedges.normals.size());
+  for (const Eigen::Vector3f& n : wedges.normals) out.normals.push_back({n.x(), n.y(), n.z()});
+  out.uv_count = static_cast<std::int32_t>(wedges.uvs.size());
+  for (const Eigen::Vector2f& uv : wedges.uvs) out.uvs.push_back({uv.x(), uv.y()});
+  out.wedge_triangle_count = static_cast<std::int32_t>(wedges.triangles.size());
+  for (const Eigen::Vector3i& t : wedges.triangles) out.wedge_triangles.push_back({t.x(), t.y(), t.z()});
+}
+
 mesh_t make_mesh(const character::SkinnedMesh& mesh) {
   mesh_t out{};
   out.name = mesh.name;
-  std::ranges::copy(mesh.color, out.color);
+  out.material = mesh.material;
   out.vertex_count = static_cast<std::int32_t>(mesh.vertices.size());
   for (const Eigen::Vector3d& v : mesh.vertices) {
     out.points.push_back({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
@@ -38,6 +75,7 @@ mesh_t make_mesh(const character::SkinnedMesh& mesh) {
   for (const Eigen::Vector3i& t : mesh.triangles) out.triangles.push_back({t.x(), t.y(), t.z()});
   out.influence_count = static_cast<std::int32_t>(most_influences(mesh));
   for (const auto& influences : mesh.influences) add_influences(out, influences);
+  add_wedges(out, mesh.wedges);
   return out;
 }
 
@@ -48,6 +86,10 @@ MeshChunks::MeshChunks(const character::Rig& rig) : content_hash_(std::bit_cast<
   meshes.content_hash = content_hash_;
   meshes.mesh_count = static_cast<std::int32_t>(rig.meshes.size());
   for (const character::SkinnedMesh& mesh : rig.meshes) meshes.meshes.push_back(make_mesh(mesh));
+  meshes.material_count = static_cast<std::int32_t>(rig.materials.size());
+  for (const character::Material& material : rig.materials) meshes.materials.push_back(make_material(material));
+  meshes.image_count = static_cast<std::int32_t>(rig.images.size());
+  for (const character::Image& image : rig.images) meshes.images.push_back(make_image(image));
   bytes_ = messaging::encode(meshes);
 }
 

@@ -134,6 +134,7 @@ character_t make_character(const Simulation& simulation, std::int64_t server_id,
   auto message = begin_message<character_t>(simulation, server_id);
   message.name = doll.rig.name;
   message.source_file = doll.rig.source_file;
+  message.source_folder = doll.rig.source_folder;
   message.content_hash = content_hash(doll);
   message.physics_hz = simulation.settings().physics_hz;
   message.pose_hz = simulation.settings().pose_hz;

@@ -2,6 +2,7 @@
 #include <concepts>
 
 #include "convert.h"
+#include "layfigure/cache/digest.h"
 
 namespace layfigure::character {
 namespace {
@@ -31,13 +32,17 @@ class Fnv1a {
   std::uint64_t hash_{0xCBF29CE484222325ULL};
 };
 
+template <class Values>
+void add_all(const Values& values, Fnv1a& hash) {
+  hash.add(values.size());
+  for (const auto& value : values) hash.add(value);
+}
+
 void add_mesh(const SkinnedMesh& mesh, Fnv1a& hash) {
   hash.add(mesh.name);
-  hash.add(mesh.color);
-  hash.add(mesh.vertices.size());
-  for (const auto& vertex : mesh.vertices) hash.add(vertex);
-  hash.add(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) hash.add(triangle);
+  hash.add(mesh.material);
+  add_all(mesh.vertices, hash);
+  add_all(mesh.triangles, hash);
   for (const auto& influences : mesh.influences) {
     hash.add(influences.size());
     for (const auto& influence : influences) {
@@ -45,6 +50,28 @@ void add_mesh(const SkinnedMesh& mesh, Fnv1a& hash) {
       hash.add(influence.weight);
     }
   }
+  add_all(mesh.wedges.normals, hash);
+  add_all(mesh.wedges.uvs, hash);
+  add_all(mesh.wedges.triangles, hash);
+}
+
+void add_material(const Material& material, Fnv1a& hash) {
+  hash.add(material.name);
+  hash.add(material.base_color);
+  hash.add(material.opacity);
+  hash.add(material.texture_alpha);
+  hash.add(material.alpha_cutoff);
+  hash.add(material.texture);
+  hash.add(material.image);
+  for (const Wrap wrap : material.wrap) hash.add(static_cast<int>(wrap));
+}
+
+void add_image(const Image& image, Fnv1a& hash) {
+  hash.add(image.name);
+  hash.add(image.format);
+  const cache::Digest digest = cache::digest_of(image.bytes);  // far quicker over megabytes
+  hash.add(digest.high);
+  hash.add(digest.low);
 }
 
 void add_limits(const BoneLimits& limits, Fnv1a& hash) {
@@ -68,6 +95,10 @@ std::uint64_t content_hash(const Rig& rig) {
   }
   hash.add(rig.meshes.size());
   for (const SkinnedMesh& mesh : rig.meshes) add_mesh(mesh, hash);
+  hash.add(rig.materials.size());
+  for (const Material& material : rig.materials) add_material(material, hash);
+  hash.add(rig.images.size());
+  for (const Image& image : rig.images) add_image(image, hash);
   return hash.value();
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "looks.h"
 #include "skeleton.h"
 #include "skin.h"
 #include "unit.h"
@@ -141,6 +142,7 @@ Rig convert(const SourceScene& scene) {
   rig.warnings = scene.warnings;
   rig.warnings.insert(rig.warnings.end(), skeleton.warnings.begin(), skeleton.warnings.end());
   rig.meshes = make_meshes(scene, skeleton, rig.warnings);
+  add_looks(scene, rig);
   rig.bones = std::move(skeleton.bones);
   mend_unit(scene, rig);
   make_names_unique(rig.bones, "bone", rig.warnings);

@@ -5,12 +5,12 @@
 
 namespace layfigure::character {
 
-/// Makes the rig of a scene: everything but name, source_file. Throws std::runtime_error that says what is wrong and
-/// the mend, without the file's name.
+/// Makes the rig of a scene: everything but name, source_file, source_folder. Throws std::runtime_error that says what
+/// is wrong and the mend, without the file's name.
 [[nodiscard]] Rig convert(const SourceScene& scene);
 
-/// FNV-1a (64 bits) over the bones and meshes as they are in memory: names, parents, poses, colours, vertices,
-/// triangles, weights.
+/// FNV-1a (64 bits) over the bones, meshes, materials and images as they are in memory: names, parents, poses,
+/// vertices, triangles, weights, normals, texture coordinates, colours, textures.
 [[nodiscard]] std::uint64_t content_hash(const Rig& rig);
 
 }  // namespace layfigure::character

@@ -46,6 +46,9 @@ cache::Digest cache_key(const fs::path& path, const cache::Digest& file) {
 
 fs::path folder_of(const fs::path& path) { return fs::absolute(path).parent_path(); }
 
+/// What is not UTF-8, or holds control characters, would be another folder if it were made so.
+std::string readable_or_nothing(std::string text) { return make_readable(text) ? std::string() : text; }
+
 bool are_unchanged(const std::vector<Companion>& companions, const fs::path& folder) {
   for (const Companion& companion : companions) {
     if (!is_unchanged(companion, folder)) return false;
@@ -82,6 +85,7 @@ Rig import_rig(const fs::path& path, const cache::DiskCache& cache) {
     Rig rig = found ? *std::move(found) : import_and_store(path, cache);
     rig.name = one_line(path.stem().string());
     rig.source_file = one_line(path.filename().string());
+    rig.source_folder = readable_or_nothing(fs::canonical(folder_of(path)).string());
     return rig;
   } catch (const std::exception& error) {
     throw ImportError("character " + path.string() + ": " + one_line(error.what()));

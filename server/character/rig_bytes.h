@@ -21,7 +21,7 @@ struct ImportRecord {
 [[nodiscard]] std::string to_bytes(const ImportRecord& record);
 
 /// The record of to_bytes(). Throws std::runtime_error if the bytes are not one whole record, or if an index in its rig
-/// (parent, corner of a triangle, bone of an influence) is out of range.
+/// (parent, corner of a triangle, bone of an influence, material, image) is out of range.
 [[nodiscard]] ImportRecord from_bytes(std::string_view bytes);
 
 }  // namespace layfigure::character

@@ -2,11 +2,11 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <bit>
-#include <cstdint>
 #include <numeric>
 #include <tuple>
-#include <unordered_set>
+
+#include "normals.h"
+#include "weld.h"
 
 namespace layfigure::character {
 namespace {
@@ -64,47 +64,34 @@ void add_influences(const SourceMesh& source, const Skeleton& skeleton, SkinnedM
   }
 }
 
-/// Of a vertex' position and influences. -0 and 0 are equal, so they have one hash.
-struct VertexHash {
-  const SkinnedMesh& mesh;
-
-  std::size_t operator()(int vertex) const {
-    std::uint64_t hash = 0;
-    const auto mix = [&](std::uint64_t value) {
-      hash = (hash ^ value) * 0x9E3779B97F4A7C15ULL;  // Fibonacci hashing, and the high bits brought down
-      hash ^= hash >> 32U;
-    };
-    for (const double x : mesh.vertices[vertex]) mix(std::bit_cast<std::uint64_t>(x + 0.0));
-    for (const Influence& i : mesh.influences[vertex]) {
-      mix(static_cast<std::uint64_t>(i.bone));
-      mix(std::bit_cast<std::uint64_t>(i.weight));
-    }
-    return hash;
+/// Texture coordinates that are not finite become 0, for want of better ones.
+void mend_uvs(SkinnedMesh& mesh, std::vector<std::string>& warnings) {
+  std::size_t mended = 0;
+  for (Eigen::Vector2f& uv : mesh.wedges.uvs) {
+    if (uv.allFinite()) continue;
+    uv.setZero();
+    ++mended;
   }
-};
-
-struct VertexEqual {
-  const SkinnedMesh& mesh;
-
-  bool operator()(int a, int b) const {
-    const auto same = [](const Influence& i, const Influence& j) { return i.bone == j.bone && i.weight == j.weight; };
-    return mesh.vertices[a] == mesh.vertices[b] &&
-           std::equal(mesh.influences[a].begin(), mesh.influences[a].end(), mesh.influences[b].begin(),
-                      mesh.influences[b].end(), same);
-  }
-};
+  if (mended == 0) return;
+  warnings.push_back("mesh '" + mesh.name + "': " + std::to_string(mended) +
+                     " texture coordinates are not finite: taken as 0");
+}
 
 SkinnedMesh make_mesh(const SourceMesh& source, const Eigen::Affine3d& X_WM, const Skeleton& skeleton,
                       std::vector<std::string>& warnings) {
   SkinnedMesh mesh;
   mesh.name = source.name;
-  mesh.color = source.color;
+  mesh.material = source.material;
   mesh.vertices.reserve(source.vertices.size());
   for (const auto& vertex : source.vertices) mesh.vertices.emplace_back(X_WM * vertex);
   mesh.triangles = source.triangles;
   if (X_WM.linear().determinant() < 0.0) {  // mirrored
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
+  const Eigen::Matrix3d turn = normal_map(X_WM.linear());
+  for (const auto& normal : source.normals) mesh.wedges.normals.push_back(unit_or_zero(turn * normal));
+  mesh.wedges.uvs = source.uvs;
+  mend_uvs(mesh, warnings);
   add_influences(source, skeleton, mesh, warnings);
   weld(mesh);
   return mesh;
@@ -124,8 +111,15 @@ void mend_winding(std::vector<SkinnedMesh>& meshes, std::vector<std::string>& wa
   if (volume6 >= 0.0) return;
   for (SkinnedMesh& mesh : meshes) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+    for (auto& triangle : mesh.wedges.triangles) std::swap(triangle[1], triangle[2]);
   }
   warnings.emplace_back("the triangles face inwards: turned round");
+  double facing = 0.0;
+  for (const SkinnedMesh& mesh : meshes) facing += facing_area(mesh);
+  if (facing >= 0.0) return;
+  for (SkinnedMesh& mesh : meshes) {
+    for (auto& normal : mesh.wedges.normals) normal = -normal;
+  }
 }
 
 }  // namespace
@@ -144,25 +138,8 @@ std::vector<SkinnedMesh> make_meshes(const SourceScene& scene, const Skeleton& s
     }
   }
   mend_winding(meshes, warnings);
+  for (SkinnedMesh& mesh : meshes) mend_normals(mesh, warnings);
   return meshes;
-}
-
-void weld(SkinnedMesh& mesh) {
-  // The vertices kept so far are the first ones of the mesh; the next candidate is put behind them and looked up there.
-  std::unordered_set<int, VertexHash, VertexEqual> known(mesh.vertices.size(), VertexHash{mesh}, VertexEqual{mesh});
-  std::vector<int> joined(mesh.vertices.size());
-  int kept = 0;
-  for (std::size_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
-    std::swap(mesh.vertices[kept], mesh.vertices[vertex]);
-    std::swap(mesh.influences[kept], mesh.influences[vertex]);
-    const auto [entry, is_new] = known.insert(kept);
-    joined[vertex] = *entry;
-    if (is_new) ++kept;
-  }
-  mesh.vertices.resize(kept);
-  mesh.influences.resize(kept);
-  for (auto& triangle : mesh.triangles) triangle = {joined[triangle[0]], joined[triangle[1]], joined[triangle[2]]};
-  std::erase_if(mesh.triangles, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
 
 double signed_volume6(const SkinnedMesh& mesh, const Eigen::Vector3d& reference) {

@@ -13,10 +13,6 @@ namespace layfigure::character {
 [[nodiscard]] std::vector<SkinnedMesh> make_meshes(const SourceScene& scene, const Skeleton& skeleton,
                                                    std::vector<std::string>& warnings);
 
-/// Joins vertices that have the same position and the same influences, bit for bit, and drops the triangles that this
-/// leaves without area. O(n).
-void weld(SkinnedMesh& mesh);
-
 /// Six times the signed volume, summed over the triangles about `reference`: positive if they face outwards.
 [[nodiscard]] double signed_volume6(const SkinnedMesh& mesh, const Eigen::Vector3d& reference);
 

@@ -6,6 +6,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "data_uri.h"
+#include "gltf_coordinates.h"
+
 namespace layfigure::character {
 namespace {
 
@@ -61,28 +64,15 @@ bool may_lack_binds(std::string_view json) {
   return count_of(json, "\"joints\"") > count_of(json, "\"inverseBindMatrices\"");
 }
 
-/// Identities as the URI of a buffer: three of them are a whole number of base64's groups.
-std::string uri_of_identities(std::size_t count) {
-  // 192 bytes: the floats 1 0 0 0, 0 1 0 0, 0 0 1 0, 0 0 0 1, three times over.
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes(3 * kMatrixBytes, '\0');
-  for (std::size_t matrix = 0; matrix < 3; ++matrix) {
+std::string identities(std::size_t count) {
+  std::string bytes(count * kMatrixBytes, '\0');
+  for (std::size_t matrix = 0; matrix < count; ++matrix) {
     for (std::size_t k = 0; k < 4; ++k) {
       const float one = 1.0F;
       std::memcpy(bytes.data() + matrix * kMatrixBytes + 5 * k * sizeof one, &one, sizeof one);
     }
   }
-  std::string group;
-  for (std::size_t at = 0; at < bytes.size(); at += 3) {
-    const auto byte = [&](std::size_t k) {
-      return static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + k]));
-    };
-    const std::uint32_t bits = byte(0) << 16U | byte(1) << 8U | byte(2);
-    for (const unsigned shift : {18U, 12U, 6U, 0U}) group += kDigits[bits >> shift & 63U];
-  }
-  std::string uri = "data:application/octet-stream;base64,";
-  for (std::size_t k = 0; k < count; k += 3) uri += group;
-  return uri;
+  return bytes;
 }
 
 /// Adds one accessor of identities for all skins that have none. False, and nothing changed, if there is none such, or
@@ -100,10 +90,9 @@ bool add_missing_binds(Json& document) {
     if (lacks) most_joints = std::max(most_joints, skin["joints"].size());
   }
   if (most_joints == 0) return false;
-  const std::size_t matrices = (most_joints + 2) / 3 * 3;
-  document["buffers"].push_back({{"byteLength", kMatrixBytes * matrices}, {"uri", uri_of_identities(matrices)}});
-  document["bufferViews"].push_back(
-      {{"buffer", document["buffers"].size() - 1}, {"byteLength", kMatrixBytes * most_joints}});
+  const std::string matrices = identities(most_joints);
+  document["buffers"].push_back({{"byteLength", matrices.size()}, {"uri", data_uri(matrices)}});
+  document["bufferViews"].push_back({{"buffer", document["buffers"].size() - 1}, {"byteLength", matrices.size()}});
   constexpr int kFloat = 5126;
   document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
                                    {"componentType", kFloat},
@@ -117,11 +106,16 @@ bool add_missing_binds(Json& document) {
   return true;
 }
 
-/// The document with all binds, or nothing if it is to stay.
-std::string with_binds(std::string_view text) {
-  if (!may_lack_binds(text)) return {};
+bool has_texture_coordinates(std::string_view json) { return json.find("\"TEXCOORD_") != std::string_view::npos; }
+
+/// The document with what assimp needs, or nothing if it is to stay. `binary`: of the buffers, what the file holds.
+std::string mended_document(std::string_view text, std::string_view binary) {
+  if (!may_lack_binds(text) && !has_texture_coordinates(text)) return {};
   Json document = Json::parse(text, nullptr, false);
-  if (document.is_discarded() || !add_missing_binds(document)) return {};
+  if (document.is_discarded()) return {};
+  const bool lacked_binds = add_missing_binds(document);
+  const bool had_shorts = make_coordinates_floats(document, binary);
+  if (!lacked_binds && !had_shorts) return {};
   return document.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -140,7 +134,9 @@ std::string mend_glb(std::string bytes) {
   if (bytes.size() < kText) return bytes;
   const std::size_t length = read_number(bytes, kGlbHeader);
   if (length > bytes.size() - kText) return bytes;
-  std::string text = with_binds(std::string_view(bytes).substr(kText, length));
+  const std::string_view rest = std::string_view(bytes).substr(kText + length);
+  const std::string_view binary = rest.substr(std::min(rest.size(), kChunkHeader));
+  std::string text = mended_document(std::string_view(bytes).substr(kText, length), binary);
   if (text.empty()) return bytes;
   text.resize((text.size() + 3) / 4 * 4, ' ');  // chunks are aligned to 4 bytes
   std::string mended = bytes.substr(0, kGlbHeader - 4);
@@ -158,7 +154,7 @@ std::string mend_source(std::string bytes, std::string_view extension) {
   if (ending == ".dae") return with_bind_shapes(without_space_before_texts(std::move(bytes)));
   if (ending == ".glb") return mend_glb(std::move(bytes));
   if (ending != ".gltf") return bytes;
-  std::string mended = with_binds(bytes);
+  std::string mended = mended_document(bytes, {});
   return mended.empty() ? bytes : mended;
 }
 

@@ -10,7 +10,7 @@ namespace layfigure::character {
 /// - Collada: white space before a text is dropped; assimp cannot read "<color>  0 0 0 1</color>". A skin without
 ///   bind_shape_matrix gets the one that it has by the format's rule, the identity; assimp takes zeros.
 /// - glTF: a skin without inverseBindMatrices, on which assimp crashes, gets those that it has by the format's rule,
-///   identities.
+///   identities. Texture coordinates of 8 or 16 bits, which it reads as floats, become floats (gltf_coordinates.h).
 /// Broken bytes stay so. O(bytes), and a few times their memory where a glTF is mended.
 [[nodiscard]] std::string mend_source(std::string bytes, std::string_view extension);
 

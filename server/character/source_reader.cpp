@@ -2,7 +2,6 @@
 
 #include <assimp/commonMetaData.h>
 #include <assimp/config.h>
-#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
@@ -17,6 +16,7 @@
 
 #include "fbx_limits.h"
 #include "folder_io.h"
+#include "source_material.h"
 #include "text.h"
 #include "unbound_skin.h"
 #include "unit.h"
@@ -131,16 +131,6 @@ NodeList add_nodes(const aiScene& scene, const Format& format, SourceScene& sour
   return list;
 }
 
-Eigen::Vector3d base_color(const aiScene& scene, const aiMesh& mesh) {
-  aiColor4D color(0.8F, 0.8F, 0.8F, 1.0F);
-  if (mesh.mMaterialIndex < scene.mNumMaterials) {
-    const aiMaterial& material = *scene.mMaterials[mesh.mMaterialIndex];
-    if (material.Get(AI_MATKEY_BASE_COLOR, color) != AI_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
-  }
-  const Eigen::Vector3d rgb(color.r, color.g, color.b);
-  return rgb.allFinite() ? Eigen::Vector3d(rgb.cwiseMax(0.0).cwiseMin(1.0)) : Eigen::Vector3d::Constant(0.8);
-}
-
 SourceJoint make_joint(const aiBone& bone, const aiMesh& mesh, int node, const std::string& mesh_name) {
   SourceJoint joint;
   joint.node = node;
@@ -213,16 +203,34 @@ void add_triangles(const aiMesh& mesh, SourceMesh& source) {
   }
 }
 
+/// Normals, texture coordinates and material.
+void add_looks(const aiScene& scene, const aiMesh& mesh, SourceScene& result, SourceMesh& source) {
+  if (mesh.mMaterialIndex < scene.mNumMaterials) source.material = static_cast<int>(mesh.mMaterialIndex);
+  const unsigned channel = texture_channel(scene, mesh);
+  for (unsigned v = 0; v < mesh.mNumVertices && mesh.HasNormals(); ++v) {
+    source.normals.emplace_back(mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z);
+  }
+  for (unsigned v = 0; v < mesh.mNumVertices && mesh.HasTextureCoords(channel); ++v) {
+    source.uvs.emplace_back(mesh.mTextureCoords[channel][v].x, mesh.mTextureCoords[channel][v].y);
+  }
+  if (source.uvs.empty() && has_texture(scene, mesh)) {
+    result.warnings.push_back("mesh '" + source.name + "' has a texture, but no texture coordinates that can be read");
+  }
+  if (mesh.HasVertexColors(0)) {
+    result.warnings.push_back("mesh '" + source.name + "' has vertex colours: left out");
+  }
+}
+
 SourceMesh make_mesh(const aiScene& scene, const aiMesh& mesh, int node, NodeList& list, SourceScene& result) {
   SourceMesh source;
   source.name = mesh.mName.C_Str();
   make_readable(source.name);
   source.node = node;
-  source.color = base_color(scene, mesh);
   source.vertices.reserve(mesh.mNumVertices);
   for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
     source.vertices.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
   }
+  add_looks(scene, mesh, result, source);
   add_triangles(mesh, source);
   add_joints(mesh, list, result, source);
   return source;
@@ -305,6 +313,7 @@ Reading read_source(const std::filesystem::path& path) {
   Reading reading;
   set_axes_and_unit(*scene, format, reading.scene);
   add_meshes(*scene, add_nodes(*scene, format, reading.scene), reading.scene);
+  add_materials(*scene, format.name == "glTF", std::filesystem::absolute(path).parent_path(), reading.scene);
   bind_unbound_skins(reading.scene);
   reading.digest = io->character_digest();
   reading.companions = io->companions();

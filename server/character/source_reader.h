@@ -17,9 +17,9 @@ struct Reading {
   std::vector<Companion> companions;
 };
 
-/// Reads a file of any format that assimp knows; with folder_io.h and fbx_limits.h the only place that sees assimp.
-/// Looks at no file outside the character's folder. Throws std::runtime_error that says what is wrong and the mend, or
-/// std::bad_alloc; but a broken file may also crash or hang it: call it in a process of its own.
+/// Reads a file of any format that assimp knows; with folder_io.h, fbx_limits.h and source_material.h the only place
+/// that sees assimp. Looks at no file outside the character's folder. Throws std::runtime_error that says what is wrong
+/// and the mend, or std::bad_alloc; but a broken file may also crash or hang it: call it in a process of its own.
 [[nodiscard]] Reading read_source(const std::filesystem::path& path);
 
 /// Names the library that reads: one of another version may read another scene.

@@ -33,8 +33,10 @@ struct SourceJoint {
 struct SourceMesh {
   std::string name;
   int node{-1};
-  Eigen::Vector3d color{0.8, 0.8, 0.8};
+  int material{-1};                        ///< into SourceScene::materials; -1: none
   std::vector<Eigen::Vector3d> vertices;   ///< in the mesh's own frame
+  std::vector<Eigen::Vector3d> normals;    ///< likewise, one per vertex, of any length; empty: none
+  std::vector<Eigen::Vector2f> uvs;        ///< of the base colour texture, one per vertex, v upwards; empty: none
   std::vector<Eigen::Vector3i> triangles;  ///< indices in range
   std::vector<SourceJoint> joints;         ///< empty: not skinned
 };
@@ -42,6 +44,8 @@ struct SourceMesh {
 struct SourceScene {
   std::vector<SourceNode> nodes;  ///< parents before children
   std::vector<SourceMesh> meshes;
+  std::vector<Material> materials;
+  std::vector<Image> images;
   Eigen::Affine3d world_from_file{Eigen::Affine3d::Identity()};  ///< axes and unit
   double metres_per_unit{1.0};     ///< the file's or the format's unit, in world_from_file
   bool unit_is_stated{false};      ///< by the file or the format; else it is usual there

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "normals.h"
+
 namespace layfigure::character {
 namespace {
 
@@ -16,18 +18,23 @@ bool is_unbound(const SourceMesh& mesh) {
 
 void bind(const SourceScene& scene, SourceMesh& mesh) {
   std::vector<Vector3d> sums(mesh.vertices.size(), Vector3d::Zero());
+  std::vector<Vector3d> normals(mesh.normals.size(), Vector3d::Zero());
   std::vector<double> totals(mesh.vertices.size(), 0.0);
   for (SourceJoint& joint : mesh.joints) {
     const Affine3d& X_FJ = scene.nodes[joint.node].pose;
+    const Eigen::Matrix3d turn = normal_map(X_FJ.linear());
     for (const SourceJoint::Weight& weight : joint.weights) {
       if (!(weight.weight > 0.0)) continue;
       sums[weight.vertex] += weight.weight * (X_FJ * mesh.vertices[weight.vertex]);
       totals[weight.vertex] += weight.weight;
+      if (!normals.empty()) normals[weight.vertex] += weight.weight * (turn * mesh.normals[weight.vertex]);
     }
     joint.offset = X_FJ.inverse();
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (totals[v] > 0.0) mesh.vertices[v] = sums[v] / totals[v];
+    if (!(totals[v] > 0.0)) continue;
+    mesh.vertices[v] = sums[v] / totals[v];
+    if (!normals.empty()) mesh.normals[v] = normals[v];
   }
 }
 

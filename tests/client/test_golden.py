@@ -75,6 +75,25 @@ def test_golden_mesh_decodes_to_its_values() -> None:
     np.testing.assert_array_equal(mesh.joint_weights, [[0.75, 0.25], [0.5, 0.5], [1, 0]])
 
 
+def test_golden_looks_decode_to_their_values() -> None:
+    (mesh,) = codec.decode_meshes(golden("meshes_t"), joint_count=2)
+    np.testing.assert_array_equal(mesh.normals, [[0, 0, 1], [0, 1, 0], [1, 0, 0], [0, -1, 0]])
+    np.testing.assert_array_equal(mesh.uvs, [[0, 0.125], [0.25, 0.375], [0.5, 0.625], [0.75, 0.875]])
+    np.testing.assert_array_equal(mesh.wedges, [[3, 1, 2]])
+    material = mesh.material
+    assert material is not None
+    assert (material.name, material.opacity, material.texture_alpha, material.alpha_cutoff) == (
+        "Häut",
+        0.75,
+        True,
+        0.25,
+    )
+    np.testing.assert_array_equal(material.base_color, [0.5, 0.625, 0.75])
+    assert (material.texture, material.image, material.wrap) == ("textures/skin.png", None, ("clamp", "mirror"))
+    (image,) = messages.meshes_t.decode(golden("meshes_t")).images
+    assert (image.name, image.format, bytes(image.bytes)) == ("eye", "png", b"\x89PNG")
+
+
 def test_golden_mesh_chunk_decodes_to_its_values() -> None:
     chunk = codec.decode_mesh_chunk(golden("mesh_chunk_t"))
     assert (chunk.index, chunk.total, chunk.data) == (2, 5, bytes([0, 1, 127, 128, 255]))

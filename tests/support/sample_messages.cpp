@@ -42,7 +42,7 @@ joint_t sample_joint(int index) {
 mesh_t sample_mesh() {
   mesh_t mesh{};
   mesh.name = "skin";
-  fill(mesh.color, 0.5);
+  mesh.material = 0;
   mesh.vertex_count = 3;
   mesh.points = {{0.0F, 0.25F, 0.5F}, {1.0F, 1.25F, 1.5F}, {2.0F, 2.25F, 2.5F}};
   mesh.triangle_count = 1;
@@ -50,7 +50,36 @@ mesh_t sample_mesh() {
   mesh.influence_count = 2;
   mesh.joint_indices = {{0, 1}, {1, 0}, {0, 0}};
   mesh.joint_weights = {{0.75F, 0.25F}, {0.5F, 0.5F}, {1.0F, 0.0F}};
+  mesh.normals = {{0.0F, 0.0F, 1.0F}, {0.0F, 1.0F, 0.0F}, {1.0F, 0.0F, 0.0F}, {0.0F, -1.0F, 0.0F}};
+  mesh.normal_count = 4;
+  mesh.uvs = {{0.0F, 0.125F}, {0.25F, 0.375F}, {0.5F, 0.625F}, {0.75F, 0.875F}};
+  mesh.uv_count = 4;
+  mesh.wedge_triangle_count = 1;
+  mesh.wedge_triangles = {{3, 1, 2}};
   return mesh;
+}
+
+material_t sample_material() {
+  material_t material{};
+  material.name = "H\u00e4ut";
+  fill(material.base_color, 0.5);
+  material.opacity = 0.75;
+  material.texture_alpha = true;
+  material.alpha_cutoff = 0.25;
+  material.texture = "textures/skin.png";
+  material.image = -1;
+  material.wrap_u = "clamp";
+  material.wrap_v = "mirror";
+  return material;
+}
+
+image_t sample_image() {
+  image_t image{};
+  image.name = "eye";
+  image.format = "png";
+  image.bytes = {137, 80, 78, 71};
+  image.byte_count = 4;
+  return image;
 }
 
 }  // namespace
@@ -60,6 +89,7 @@ character_t sample_character() {
   message.server_id = kServer;
   message.name = "doll";
   message.source_file = "doll.glb";
+  message.source_folder = "/home/me/characters";
   message.content_hash = kHash;
   message.physics_hz = 1000.0;
   message.pose_hz = 60.0;
@@ -114,6 +144,10 @@ meshes_t sample_meshes() {
   meshes.content_hash = kHash;
   meshes.mesh_count = 1;
   meshes.meshes = {sample_mesh()};
+  meshes.material_count = 1;
+  meshes.materials = {sample_material()};
+  meshes.image_count = 1;
+  meshes.images = {sample_image()};
   return meshes;
 }
 

@@ -7,8 +7,9 @@ are not finite and for counts or indices that cannot be: what leaves this module
 from __future__ import annotations
 
 import struct
+import unicodedata
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,8 +22,11 @@ from layfigure.protocol import (
     Command,
     Device,
     Floats,
+    Floats32,
     Force,
+    Image,
     Joint,
+    Material,
     Mesh,
     MeshChunk,
     Pointer,
@@ -36,7 +40,9 @@ from layfigure.protocol import (
 MAX_JOINTS = 100_000
 _SPIDAR_LENGTHS, _SPIDAR_POSE, _SPIDAR_REJECTED = 0, 1, 2  # kinds of a spidar_state_t
 _SPIDAR_TENSIONS = 0  # kind of a spidar_command_t
-_UNIT_TOLERANCE = 1e-3  # a quaternion further from unit length is no rounding error
+_UNIT_TOLERANCE = 1e-3  # a quaternion or normal further from unit length is no rounding error
+_WRAPS = frozenset({"repeat", "clamp", "mirror"})
+_Item = TypeVar("_Item")
 
 
 def decode_character(data: bytes) -> Character:
@@ -52,6 +58,7 @@ def decode_character(data: bytes) -> Character:
         server_id=raw.server_id,
         name=raw.name,
         source_file=raw.source_file,
+        source_folder=raw.source_folder,
         content_hash=raw.content_hash,
         physics_hz=raw.physics_hz,
         pose_hz=raw.pose_hz,
@@ -99,25 +106,79 @@ def decode_mesh_chunk(data: bytes) -> MeshChunk:
 def decode_meshes(data: bytes, joint_count: int) -> tuple[Mesh, ...]:
     """Decodes the joined chunks; `joint_count` bounds the joint indices."""
     raw = _decode(messages.meshes_t, data, versioned=False)
-    return tuple(_mesh(mesh, joint_count) for mesh in raw.meshes)
+    images = [_image(image) for image in raw.images]
+    materials = [_material(material, images) for material in raw.materials]
+    return tuple(_mesh(mesh, materials, joint_count) for mesh in raw.meshes)
 
 
-def _mesh(raw: Any, joint_count: int) -> Mesh:
+def _image(raw: Any) -> Image:
+    if len(raw.bytes) != raw.byte_count:  # the generated decoder takes what there is
+        raise ProtocolError(f"not a whole image_t: {len(raw.bytes)} bytes, expected {raw.byte_count}")
+    return Image(raw.name, raw.format, bytes(raw.bytes))
+
+
+def _material(raw: Any, images: list[Image]) -> Material:
+    where = f"material '{raw.name}'"
+    for name, value in (("opacity", raw.opacity), ("alpha_cutoff", raw.alpha_cutoff)):
+        if not 0.0 <= value <= 1.0:
+            raise ProtocolError(f"{where}: {name} is {value}, expected 0 to 1")
+    wrap = (raw.wrap_u, raw.wrap_v)
+    if not set(wrap) <= _WRAPS:
+        raise ProtocolError(f"{where} wraps by '{wrap[0]}' and '{wrap[1]}', expected {', '.join(sorted(_WRAPS))}")
+    if any(unicodedata.category(letter) == "Cc" for letter in raw.texture):
+        raise ProtocolError(f"{where}: its texture's path holds control characters")
+    return Material(
+        name=raw.name,
+        base_color=_finite(raw.base_color, "base_color"),
+        opacity=raw.opacity,
+        texture_alpha=bool(raw.texture_alpha),
+        alpha_cutoff=raw.alpha_cutoff,
+        texture=raw.texture,
+        image=_chosen(images, raw.image, f"{where}: image"),
+        wrap=wrap,
+    )
+
+
+def _chosen(items: list[_Item], index: int, what: str) -> _Item | None:
+    if not -1 <= index < len(items):
+        raise ProtocolError(f"{what} {index} is out of range, expected -1 to {len(items) - 1}")
+    return items[index] if index >= 0 else None
+
+
+def _mesh(raw: Any, materials: list[Material], joint_count: int) -> Mesh:
     vertices, influences = raw.vertex_count, raw.influence_count
-    if min(vertices, influences, raw.triangle_count) < 0:
+    if min(vertices, influences, raw.triangle_count, raw.normal_count, raw.uv_count) < 0:
         raise ProtocolError(f"mesh '{raw.name}' has a negative count")
+    triangles = np.array(raw.triangles, np.int32).reshape(raw.triangle_count, 3)
     mesh = Mesh(
         name=raw.name,
-        color=_finite(raw.color, "color"),
+        material=_chosen(materials, raw.material, f"mesh '{raw.name}': material"),
         points=_finite(raw.points, "points").astype(np.float32).reshape(vertices, 3),
-        triangles=np.array(raw.triangles, np.int32).reshape(raw.triangle_count, 3),
+        triangles=triangles,
         joint_indices=np.array(raw.joint_indices, np.int32).reshape(vertices, influences),
         joint_weights=_finite(raw.joint_weights, "joint_weights").astype(np.float32).reshape(vertices, influences),
+        normals=_directions(raw.normals, f"mesh '{raw.name}': normals") if raw.normal_count else None,
+        uvs=_finite(raw.uvs, "uvs").astype(np.float32).reshape(-1, 2) if raw.uv_count else None,
+        wedges=np.array(raw.wedge_triangles, np.int32).reshape(-1, 3) if raw.wedge_triangle_count else triangles,
     )
+    _check_wedges(mesh)
     for name, indices, end in (("vertex", mesh.triangles, vertices), ("joint", mesh.joint_indices, joint_count)):
         if indices.size and not (indices.min() >= 0 and indices.max() < end):
             raise ProtocolError(f"mesh '{raw.name}': a {name} index is out of range, expected 0 to {end - 1}")
     return mesh
+
+
+def _check_wedges(mesh: Mesh) -> None:
+    if mesh.wedges.shape != mesh.triangles.shape:
+        raise ProtocolError(f"mesh '{mesh.name}' has wedges for {len(mesh.wedges)} of {len(mesh.triangles)} triangles")
+    for values in (mesh.normals, mesh.uvs):
+        if values is None:
+            continue
+        needed = max(len(mesh.points), int(mesh.wedges.max(initial=-1)) + 1)
+        if len(values) < needed or mesh.wedges.min(initial=0) < 0:
+            raise ProtocolError(
+                f"mesh '{mesh.name}': a wedge is out of range: its normals or uvs are {len(values)}, expected {needed}"
+            )
 
 
 def decode_pose(data: bytes) -> Pose:
@@ -265,6 +326,14 @@ def _finite(values: Any, name: str) -> Floats:
     if not np.isfinite(array).all():
         raise ProtocolError(f"{name} holds a value that is not finite")
     return array
+
+
+def _directions(values: Any, name: str) -> Floats32:
+    """(N, 3) unit vectors."""
+    array = _finite(values, name).reshape(-1, 3)
+    if not (np.abs(np.linalg.norm(array, axis=1) - 1.0) < _UNIT_TOLERANCE).all():
+        raise ProtocolError(f"{name} hold a vector that is not of unit length")
+    return array.astype(np.float32)
 
 
 def _rotations(values: Any, name: str) -> Floats:

@@ -18,8 +18,9 @@ from layfigure.render.picture_file import write_gif, write_png
 from layfigure.render.scene import Ground, Renderer, Surface, ground_under, to_srgb
 from layfigure.render.shapes import arrow, ball
 from layfigure.render.sheet import LegendEntry, assemble, with_caption
+from layfigure.skin_painter import FLOW_COLOR, SkinPainter
 from layfigure.usd.felt import Pull
-from layfigure.usd.reader import PosedMesh, SkinnedStage
+from layfigure.usd.reader import SkinnedStage
 
 DEFAULT_FRAMES = 6
 MAX_FRAMES = 60  # of a sheet
@@ -28,8 +29,7 @@ DEFAULT_GIF_FPS = 12.5
 MAX_GIF_FPS = 50.0  # GIF counts hundredths of a second, and viewers slow down what lasts for less than two
 _PANEL_PIXELS = 220_000
 _GIF_PIXELS = 120_000
-_FLOW_COLOR = np.array([0.95, 0.30, 0.0])  # linear RGB, as all here
-_FLOW_STRENGTH = 0.8  # of its colour over the skin's
+# linear RGB
 _POINTER_COLORS = np.array([[0.0, 0.165, 0.45], [0.0, 0.34, 0.17], [0.35, 0.05, 0.30], [0.02, 0.02, 0.02]])
 _LONGEST_ARROW = 0.45  # of the scene's radius, as the next two
 _ARROW_RADIUS = 0.012
@@ -145,18 +145,14 @@ def _lay_out(stage: SkinnedStage, frames: list[float], size: Size | None, pixels
 
 
 def _render(stage: SkinnedStage, frames: list[float], layout: _Layout, progress: Progress) -> Iterator[Image.Image]:
+    skin = SkinPainter()
     with Renderer(*layout.size) as renderer:
         for done, frame in enumerate(frames):
             progress(done, len(frames))
-            surfaces = [_skin(mesh) for mesh in stage.posed(frame)]
+            surfaces = [surface for mesh in stage.posed(frame) for surface in skin.surfaces(mesh)]
             for pull in stage.pulls(frame):
                 surfaces += _hand(pull, layout)
             yield renderer.render(surfaces, layout.camera, layout.ground)
-
-
-def _skin(mesh: PosedMesh) -> Surface:
-    flow = _FLOW_STRENGTH * mesh.flowing[mesh.triangles].mean(axis=1, keepdims=True)
-    return Surface(mesh.points, mesh.triangles, (1.0 - flow) * mesh.colors + flow * _FLOW_COLOR)
 
 
 def _hand(pull: Pull, layout: _Layout) -> list[Surface]:
@@ -184,7 +180,7 @@ def _legend(layout: _Layout) -> list[LegendEntry]:
             text += f" (longest arrow: {layout.largest_force:.3g} N)"
         entries.append(LegendEntry(_byte_color(_pointer_color(pointer)), text))
     if layout.flows:
-        entries.append(LegendEntry(_byte_color(_FLOW_COLOR), "what the joint that yields moves"))
+        entries.append(LegendEntry(_byte_color(FLOW_COLOR), "what the joint that yields moves"))
     return entries
 
 

@@ -1,7 +1,8 @@
 """What goes over the wire, as plain immutable data.
 
 Units are SI, the world is Z up, quaternions are w x y z and map the joint's frame to its parent's (a root's: to the
-world). Arrays are NumPy's; their shapes stand in the comments, with J joints, V vertices, T triangles, K influences.
+world). Arrays are NumPy's; their shapes stand in the comments, with J joints, V vertices, T triangles, W wedges, K
+influences.
 The .lcm files under server/messaging/types are the reference.
 """
 
@@ -53,6 +54,7 @@ class Character:
     server_id: int
     name: str
     source_file: str
+    source_folder: str  # of that file, absolute, on the server's machine; "": not told
     content_hash: int
     physics_hz: float
     pose_hz: float
@@ -62,13 +64,42 @@ class Character:
 
 
 @dataclass(frozen=True, eq=False)
+class Image:
+    """A picture that the character's file holds."""
+
+    name: str  # for people
+    format: str  # "png", "jpg", "tga" or what else the file says
+    data: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Its base colour texture is a file (`texture`), or `image`, or there is none."""
+
+    name: str  # may be empty, or another's too
+    base_color: Floats  # (3) linear RGB, times the texture's
+    opacity: float  # 0 to 1, times the texture's alpha if that counts
+    texture_alpha: bool  # it counts
+    alpha_cutoff: float  # > 0: what has less alpha is not there, all else is opaque
+    texture: str  # path from the character's source_folder unless absolute, as its file names it
+    image: Image | None
+    wrap: tuple[str, str]  # along u and v, outside of 0 to 1: "repeat", "clamp" or "mirror"
+
+
+@dataclass(frozen=True, eq=False)
 class Mesh:
+    """A wedge is a vertex with one normal and one texture coordinate, as one or more corners of triangles have it;
+    wedge k is of vertex k, where there are so many."""
+
     name: str
-    color: Floats  # (3) linear RGB
+    material: Material | None  # one object for all meshes that have it
     points: Floats32  # (V, 3) in the bind pose, world [m]
     triangles: Ints  # (T, 3)
     joint_indices: Ints  # (V, K)
     joint_weights: Floats32  # (V, K), each row sums to 1
+    normals: Floats32 | None  # (W, 3) unit, world; None: the character's file has none
+    uvs: Floats32 | None  # (W, 2), (0, 0) is the texture's lower left corner; None: there are none
+    wedges: Ints  # (T, 3) of each triangle's corners
 
 
 @dataclass(frozen=True)

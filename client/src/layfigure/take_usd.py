@@ -29,8 +29,9 @@ def write_usd(
     """Writes a take as a UsdSkel animation of the skinned character; returns the file's path.
 
     `out` ends in .usd, .usda, .usdc or .usdz. With the layout "layered" it is a small layer over two others beside it,
-    OUT.character.usdc and OUT.anim.usdc, with "single" all is in it. Files of these names are replaced, each when its
-    successor is whole. Frame k is the doll at k / fps seconds after the take's first pose, by slerp of its joints.
+    OUT.character.usdc and OUT.anim.usdc, with "single" all is in it; pictures that the character's file holds are in
+    OUT.textures beside it. Files of these names are replaced, each when its successor is whole. Frame k is the doll at
+    k / fps seconds after the take's first pose, by slerp of its joints.
 
     `keys`: "every" frame; those at the "marked" moments, of the command `key`; or "reduced", the fewest with which no
     vertex of the skin is in any frame more than `tolerance_m` [m, > 0] off. `joints`: patterns with * and ? of those

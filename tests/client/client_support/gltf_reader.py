@@ -12,7 +12,7 @@ from client_support import synthetic
 from layfigure.protocol import Floats
 
 _TYPES = {pygltflib.FLOAT: np.float32, pygltflib.UNSIGNED_SHORT: np.uint16, pygltflib.UNSIGNED_INT: np.uint32}
-_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 class GltfFile:
@@ -32,6 +32,11 @@ class GltfFile:
             np.testing.assert_allclose(raw.reshape(-1, width).min(axis=0), accessor.min)
             np.testing.assert_allclose(raw.reshape(-1, width).max(axis=0), accessor.max)
         return raw.reshape(accessor.count, width).astype(np.float64)
+
+    def picture(self, index: int) -> bytes:
+        """The file of a picture in the buffer."""
+        view = self.gltf.bufferViews[self.gltf.images[index].bufferView]
+        return bytes(self.gltf.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength])
 
     def times(self) -> Floats:
         return self.values(self.gltf.animations[0].samplers[0].input)[:, 0]

@@ -88,6 +88,7 @@ def character_message(server_id: int = SERVER_ID, clock: str = "realtime", conte
     message.server_id = server_id
     message.name = "Synthetic arm"
     message.source_file = "arm.glb"
+    message.source_folder = "/nowhere/characters"
     message.content_hash = content_hash
     message.physics_hz = PHYSICS_HZ
     message.pose_hz = POSE_HZ
@@ -124,7 +125,51 @@ def meshes_message(content_hash: int = CONTENT_HASH):
     message.content_hash = content_hash
     message.meshes = [_tube()]
     message.mesh_count = 1
+    message.materials = [material_message()]
+    message.material_count = 1
     return message
+
+
+def material_message(name: str = "skin", color: tuple[float, float, float] = (0.8, 0.5, 0.3)):
+    material = messages.material_t()
+    material.name = name
+    material.base_color = list(color)
+    material.opacity = 1.0
+    material.image = -1
+    material.wrap_u = material.wrap_v = "repeat"
+    return material
+
+
+def image_message(data: bytes, name: str = "", format_name: str = "png"):
+    image = messages.image_t()
+    image.name, image.format = name, format_name
+    image.bytes, image.byte_count = data, len(data)
+    return image
+
+
+def wrap_texture(mesh, normals: bool = True) -> None:
+    """Gives the tube texture coordinates: u once around it, with a seam at its side 0, v from the first ring to the
+    last; and normals that point away from its axis, turned by a quarter of a radian at the seam's other side."""
+    points = np.array(mesh.points).reshape(RINGS, SIDES, 3)
+    outward = points - points.mean(axis=1, keepdims=True)
+    outward /= np.linalg.norm(outward, axis=2, keepdims=True)
+    rows = np.arange(RINGS) / (RINGS - 1)
+    uvs = [[side / SIDES, rows[ring]] for ring in range(RINGS) for side in range(SIDES)]
+    mesh.uvs = uvs + [[1.0, row] for row in rows]
+    mesh.uv_count = len(mesh.uvs)
+    mesh.wedge_triangles = [list(triangle) for triangle in mesh.triangles]
+    for number, triangle in enumerate(mesh.wedge_triangles):
+        if number // 2 % SIDES == SIDES - 1:  # the last side: its corners at side 0 are on the seam's other side
+            for corner, vertex in enumerate(triangle):
+                if vertex % SIDES == 0:
+                    triangle[corner] = RINGS * SIDES + vertex // SIDES
+    mesh.wedge_triangle_count = len(mesh.wedge_triangles)
+    if normals:
+        along = (points[-1, 0] - points[0, 0]) / np.linalg.norm(points[-1, 0] - points[0, 0])
+        other = outward[:, 0] * math.cos(0.25) + np.cross(along, outward[:, 0]) * math.sin(0.25)
+        other /= np.linalg.norm(other, axis=1, keepdims=True)
+        mesh.normals = [*outward.reshape(-1, 3).tolist(), *other.tolist()]
+        mesh.normal_count = len(mesh.normals)
 
 
 def _tube():
@@ -132,7 +177,7 @@ def _tube():
     binds = [m[:3, 3] for m in world_matrices(rest_rotations())]
     mesh = messages.mesh_t()
     mesh.name = "arm mesh"
-    mesh.color = [0.8, 0.5, 0.3]
+    mesh.material = 0
     mesh.influence_count = 2
     for ring in range(RINGS):
         s = 2.0 * ring / (RINGS - 1)

@@ -105,5 +105,36 @@ TEST(MeshChunks, PutTogether_AreTheMeshes) {
   EXPECT_EQ(meshes.meshes[0].joint_weights[2], (std::vector<float>{0.75F, 0.25F}));
 }
 
+TEST(MeshChunks, Looks_AreSentWithTheMeshes) {
+  doll::Doll doll = testing::small_doll();
+  character::SkinnedMesh& mesh = doll.rig.meshes[0];
+  mesh.material = 0;
+  mesh.wedges.normals.assign(mesh.vertices.size() + 1, {0.0F, 0.6F, 0.8F});
+  mesh.wedges.uvs.assign(mesh.vertices.size() + 1, {0.25F, 0.75F});
+  mesh.wedges.triangles = mesh.triangles;
+  doll.rig.materials.resize(1);
+  doll.rig.materials[0].texture = "skin.png";
+  doll.rig.materials[0].wrap = {character::Wrap::kClamp, character::Wrap::kMirror};
+  doll.rig.images = {{"eye", "png", "\x89PNG"}};
+  const MeshChunks chunks(doll.rig);
+  meshes_t meshes;
+  messaging::Bytes bytes;
+  for (std::int32_t i = 0; i < chunks.total(); ++i) {
+    const mesh_chunk_t chunk = chunks.chunk(i);
+    bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
+  }
+  ASSERT_EQ(meshes.decode(bytes.data(), 0, chunks.bytes()), chunks.bytes());
+  EXPECT_EQ(meshes.meshes[0].normal_count, meshes.meshes[0].vertex_count + 1);
+  EXPECT_EQ(meshes.meshes[0].normals[3], (std::vector<float>{0.0F, 0.6F, 0.8F}));
+  EXPECT_EQ(meshes.meshes[0].uvs[8], (std::vector<float>{0.25F, 0.75F}));
+  EXPECT_EQ(meshes.meshes[0].wedge_triangles, meshes.meshes[0].triangles);
+  ASSERT_EQ(meshes.material_count, 1);
+  EXPECT_EQ(meshes.materials[0].texture, "skin.png");
+  EXPECT_EQ(meshes.materials[0].wrap_u, "clamp");
+  EXPECT_EQ(meshes.materials[0].wrap_v, "mirror");
+  ASSERT_EQ(meshes.image_count, 1);
+  EXPECT_EQ(meshes.images[0].bytes, (std::vector<std::uint8_t>{0x89, 'P', 'N', 'G'}));
+}
+
 }  // namespace
 }  // namespace layfigure::app

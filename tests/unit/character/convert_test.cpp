@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -161,6 +162,96 @@ TEST(Convert, MeshInsideOut_IsTurnedAndReported) {
   EXPECT_EQ(rig.meshes[0].triangles[0], Eigen::Vector3i(2, 1, 0));
   ASSERT_EQ(rig.warnings.size(), 1U);
   EXPECT_NE(rig.warnings[0].find("inwards"), std::string::npos);
+}
+
+TEST(Convert, NormalsOfAMirroredAndStretchedMesh_StayNormalToIt) {
+  SourceScene scene = fbx_scene();
+  scene.nodes[1].pose = Affine3d(Eigen::Scaling(-1.0, 2.0, 3.0));
+  scene.meshes[0].normals.assign(4, Vector3d(1, 1, 1));  // of the slanted face
+  const Rig rig = convert(scene);
+  ASSERT_EQ(rig.meshes[0].wedges.normals.size(), 4U);
+  const Vector3d expected = Vector3d(-1.0, 1.0 / 2.0, 1.0 / 3.0).normalized();
+  for (const auto& normal : rig.meshes[0].wedges.normals) EXPECT_LT((normal.cast<double>() - expected).norm(), 1e-6);
+}
+
+TEST(Convert, NormalsOfAMeshInsideOut_AreTurnedWithIt) {
+  SourceScene scene = fbx_scene();
+  for (const auto& vertex : scene.meshes[0].vertices) {
+    scene.meshes[0].normals.push_back(Vector3d::Constant(0.25) - vertex);  // inwards
+  }
+  for (auto& triangle : scene.meshes[0].triangles) std::swap(triangle[0], triangle[1]);
+  const SkinnedMesh mesh = convert(scene).meshes.at(0);
+  for (std::size_t v = 0; v < 4; ++v) {
+    EXPECT_GT(mesh.wedges.normals[v].cast<double>().dot(mesh.vertices[v] - Vector3d::Constant(0.25)), 0.0);
+  }
+}
+
+TEST(Convert, NormalsOutwardsOfAMeshInsideOut_Stay) {
+  SourceScene scene = fbx_scene();
+  for (const auto& vertex : scene.meshes[0].vertices) {
+    scene.meshes[0].normals.push_back(vertex - Vector3d::Constant(0.25));
+  }
+  for (auto& triangle : scene.meshes[0].triangles) std::swap(triangle[0], triangle[1]);
+  const SkinnedMesh mesh = convert(scene).meshes.at(0);
+  EXPECT_GT(mesh.wedges.normals[1].x(), 0.5F);
+}
+
+TEST(Convert, NormalsWithoutDirection_AreMadeOfTheTrianglesAndReported) {
+  SourceScene scene = fbx_scene();
+  scene.meshes[0].normals = {{-1, 0, 0}, {0, 0, 0}, {std::nan(""), 0, 0}, {0, 0, 2}};
+  const Rig rig = convert(scene);
+  const auto& normals = rig.meshes[0].wedges.normals;
+  for (const auto& normal : normals) EXPECT_NEAR(normal.norm(), 1.0F, 1e-6F);
+  EXPECT_EQ(normals[3], Eigen::Vector3f::UnitZ());
+  // Twice the areas of the faces at vertex 1, with their sides: z = 0 down, y = 0 forth, and the slanted one.
+  EXPECT_LT((normals[1] - Eigen::Vector3f(1, 0, 0)).norm(), 1e-6F);
+  ASSERT_EQ(rig.warnings.size(), 1U);
+  EXPECT_NE(rig.warnings[0].find("2 normals have no direction"), std::string::npos);
+}
+
+TEST(Convert, TextureCoordinatesNotFinite_AreZeroAndReported) {
+  SourceScene scene = fbx_scene();
+  scene.meshes[0].uvs = {{0.0F, 0.5F}, {std::numeric_limits<float>::infinity(), 0.5F}, {1.0F, 0.0F}, {0.25F, 0.75F}};
+  const Rig rig = convert(scene);
+  EXPECT_EQ(rig.meshes[0].wedges.uvs[1], Eigen::Vector2f::Zero());
+  EXPECT_EQ(rig.meshes[0].wedges.uvs[3], Eigen::Vector2f(0.25F, 0.75F));
+  ASSERT_EQ(rig.warnings.size(), 1U);
+  EXPECT_NE(rig.warnings[0].find("1 texture coordinates are not finite"), std::string::npos);
+}
+
+TEST(Convert, MaterialsAndImages_AreThoseThatAreUsed) {
+  SourceScene scene = fbx_scene();
+  scene.materials.resize(3);
+  scene.materials[0].name = "of nothing";
+  scene.materials[2].name = "skin";
+  scene.materials[0].image = 0;
+  scene.materials[2].image = 1;
+  scene.images = {{"unused", "png", "u"}, {"skin", "png", "s"}};
+  scene.meshes[0].material = 2;
+  scene.meshes.push_back(scene.meshes[0]);
+  const Rig rig = convert(scene);
+  ASSERT_EQ(rig.materials.size(), 1U);
+  EXPECT_EQ(rig.materials[0].name, "skin");
+  EXPECT_EQ(rig.materials[0].image, 0);
+  ASSERT_EQ(rig.images.size(), 1U);
+  EXPECT_EQ(rig.images[0].bytes, "s");
+  EXPECT_EQ(rig.meshes[0].material, 0);
+  EXPECT_EQ(rig.meshes[1].material, 0);
+}
+
+TEST(Convert, OtherLooks_OtherHash) {
+  SourceScene scene = fbx_scene();
+  scene.materials.resize(1);
+  scene.meshes[0].material = 0;
+  scene.meshes[0].uvs.assign(4, {0.25F, 0.5F});
+  const std::uint64_t hash = convert(scene).content_hash;
+  SourceScene other = scene;
+  other.materials[0].texture = "skin.png";
+  EXPECT_NE(convert(other).content_hash, hash);
+  other = scene;
+  other.meshes[0].uvs[1].x() = 0.5F;
+  EXPECT_NE(convert(other).content_hash, hash);
+  EXPECT_EQ(convert(scene).content_hash, hash);
 }
 
 TEST(Convert, TwoSkinsThatDisagree_TheFirstCountsAndItIsReported) {

@@ -77,6 +77,26 @@ void append_chunk(std::string& out, const std::string& bytes, std::uint32_t type
 
 }  // namespace
 
+int add_floats(GlbFile& file, const std::vector<float>& values, const char* type, int components) {
+  add_accessor(file, values, type, components, kFloat);
+  return static_cast<int>(file.json["accessors"].size()) - 1;
+}
+
+int add_shorts(GlbFile& file, const std::vector<std::uint16_t>& values, const char* type, int components) {
+  add_accessor(file, values, type, components, kUnsignedShort);
+  return static_cast<int>(file.json["accessors"].size()) - 1;
+}
+
+int add_image(GlbFile& file, const std::string& bytes, const std::string& mime_type) {
+  const std::size_t offset = file.data.size();
+  file.data.insert(file.data.end(), bytes.begin(), bytes.end());
+  while (file.data.size() % 4 != 0) file.data.push_back('\0');
+  file.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes.size()}});
+  file.json["images"].push_back(
+      {{"bufferView", file.json["bufferViews"].size() - 1}, {"mimeType", mime_type}, {"name", "eye"}});
+  return static_cast<int>(file.json["images"].size()) - 1;
+}
+
 std::string GlbFile::bytes() const {
   Json complete = json;
   complete["buffers"] = {{{"byteLength", data.size()}}};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -17,6 +18,13 @@ struct GlbFile {
   /// Overwrites one float of an accessor.
   void set_float(int accessor, int index, float value);
 };
+
+/// Adds an accessor of values and returns its index; `type` is "VEC2" and so on.
+int add_floats(GlbFile& file, const std::vector<float>& values, const char* type, int components);
+int add_shorts(GlbFile& file, const std::vector<std::uint16_t>& values, const char* type, int components);
+
+/// Adds bytes as a picture in the file and returns its index among the images.
+int add_image(GlbFile& file, const std::string& bytes, const std::string& mime_type);
 
 /// A square bar, 0.2 m wide and 2 m high (glTF: along Y), skinned to the bones "low" (from y = 0) and "high" (from y =
 /// 1), half and half at the ring between; "tip", a joint of the skin at y = 2, weighs upon nothing. Below "armature".

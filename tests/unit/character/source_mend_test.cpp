@@ -4,7 +4,9 @@
 
 #include <stdexcept>
 
+#include "data_uri.h"
 #include "glb_fixture.h"
+#include "gltf_coordinates.h"
 #include "layfigure/character/import.h"
 #include "unbound_skin.h"
 
@@ -70,6 +72,77 @@ TEST(MendSource, SkinWithoutBinds_IsImportedAsItsNodesPoseIt) {
   double top = 0.0;
   for (const Vector3d& vertex : rig.meshes[0].vertices) top = std::max(top, vertex.z());
   EXPECT_NEAR(top, 3.0, kFloatRounding);
+}
+
+TEST(DataUri, OfAnyLength_IsBase64) {
+  const std::string prefix = "data:application/octet-stream;base64,";
+  EXPECT_EQ(data_uri(""), prefix);
+  EXPECT_EQ(data_uri("M"), prefix + "TQ==");
+  EXPECT_EQ(data_uri("Ma"), prefix + "TWE=");
+  EXPECT_EQ(data_uri("Man"), prefix + "TWFu");
+  EXPECT_EQ(data_uri("\xFF\xFE\xFD\xFC"), prefix + "//79/A==");
+}
+
+/// The bar with texture coordinates of 8 bits.
+test::GlbFile bar_with_byte_coordinates() {
+  test::GlbFile bar = test::make_bar();
+  const int accessor = test::add_shorts(bar, std::vector<std::uint16_t>(12, 0x33FF), "VEC2", 1);  // pairs 255, 51
+  bar.json["accessors"][accessor]["componentType"] = 5121;
+  bar.json["accessors"][accessor]["normalized"] = true;
+  bar.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = accessor;
+  return bar;
+}
+
+std::vector<Eigen::Vector2f> imported_coordinates(const test::GlbFile& bar) {
+  const test::TemporaryFolder folder;
+  return import_rig(folder.write("bar.glb", bar.bytes())).meshes.at(0).wedges.uvs;
+}
+
+TEST(MendSource, CoordinatesOf8Bits_AreThoseOfFloats) {
+  const auto uvs = imported_coordinates(bar_with_byte_coordinates());
+  ASSERT_EQ(uvs.size(), 12U);
+  for (const auto& uv : uvs) EXPECT_LT((uv - Eigen::Vector2f(1.0F, 0.8F)).norm(), kFloatRounding);
+}
+
+TEST(MendSource, CoordinatesOf8BitsThatAreNotThere_AreTakenAway) {
+  const auto damaged = [](const char* list, const char* name, const nlohmann::json& value) {
+    test::GlbFile bar = bar_with_byte_coordinates();
+    bar.json[list].back()[name] = value;
+    return imported_coordinates(bar);
+  };
+  EXPECT_TRUE(damaged("accessors", "byteOffset", 1 << 20).empty());
+  EXPECT_TRUE(damaged("accessors", "byteOffset", 4294967295).empty());
+  EXPECT_TRUE(damaged("accessors", "byteOffset", -2).empty());
+  EXPECT_TRUE(damaged("accessors", "bufferView", 99).empty());
+  EXPECT_TRUE(damaged("accessors", "bufferView", nullptr).empty());
+  EXPECT_TRUE(damaged("accessors", "count", 0).empty());
+  EXPECT_TRUE(damaged("accessors", "sparse", nlohmann::json::object()).empty());
+}
+
+TEST(GltfCoordinates, ViewsThatLie_AreTakenAway) {
+  const auto mended = [](const char* name, const nlohmann::json& value) {
+    test::GlbFile bar = bar_with_byte_coordinates();
+    bar.json["buffers"] = {{{"byteLength", bar.data.size()}}};
+    bar.json["bufferViews"].back()[name] = value;
+    nlohmann::json document = nlohmann::json::parse(bar.json.dump());
+    EXPECT_TRUE(make_coordinates_floats(document, {bar.data.data(), bar.data.size()}));
+    return document["meshes"][0]["primitives"][0]["attributes"].contains("TEXCOORD_0");
+  };
+  EXPECT_TRUE(mended("byteStride", 2));
+  EXPECT_FALSE(mended("byteStride", 1));
+  EXPECT_FALSE(mended("byteStride", 4294967295));
+  EXPECT_FALSE(mended("byteOffset", "none"));
+  EXPECT_FALSE(mended("byteOffset", 4294967295));
+  EXPECT_FALSE(mended("buffer", 1));
+}
+
+TEST(GltfCoordinates, FloatsAndOddDocuments_Stay) {
+  for (const char* text : {"[]", "{}", R"({"meshes": 3})", R"({"meshes": [1, {"primitives": [{"attributes": 4}]}]})",
+                           R"({"meshes": [{"primitives": [{"attributes": {"TEXCOORD_0": 7}}]}]})"}) {
+    nlohmann::json document = nlohmann::json::parse(text);
+    EXPECT_FALSE(make_coordinates_floats(document, {})) << text;
+    EXPECT_EQ(document, nlohmann::json::parse(text));
+  }
 }
 
 TEST(BindUnboundSkins, Vertices_AreWhereTheirJointsPutThem) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "skin.h"
+#include "weld.h"
 
 namespace layfigure::character {
 namespace {
@@ -45,6 +46,61 @@ TEST(Weld, TriangleWithTwoEqualCorners_IsDropped) {
   mesh.influences[1] = mesh.influences[0];
   weld(mesh);
   EXPECT_EQ(mesh.triangles.size(), 3U);
+}
+
+/// The tetrahedron with one normal for all, and one texture coordinate or, with seams, one for each face.
+SkinnedMesh shaded_tetrahedron(bool seams) {
+  SkinnedMesh mesh = unjoined_tetrahedron();
+  for (int face = 0; face < 4; ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      mesh.wedges.normals.emplace_back(0.0F, 0.0F, 1.0F);
+      mesh.wedges.uvs.emplace_back(seams ? static_cast<float>(face) : 0.5F, 0.25F);
+    }
+  }
+  return mesh;
+}
+
+TEST(Weld, WedgesThatAgree_AreTheVertices) {
+  SkinnedMesh mesh = shaded_tetrahedron(false);
+  weld(mesh);
+  EXPECT_EQ(mesh.vertices.size(), 4U);
+  EXPECT_EQ(mesh.wedges.normals.size(), 4U);
+  EXPECT_EQ(mesh.wedges.uvs.size(), 4U);
+  EXPECT_TRUE(mesh.wedges.triangles.empty());
+}
+
+TEST(Weld, Seams_KeepAWedgeForEachSide) {
+  SkinnedMesh mesh = shaded_tetrahedron(true);
+  weld(mesh);
+  ASSERT_EQ(mesh.vertices.size(), 4U);
+  EXPECT_EQ(mesh.wedges.normals.size(), 12U);  // three faces meet at each of four vertices
+  ASSERT_EQ(mesh.wedges.uvs.size(), 12U);
+  ASSERT_EQ(mesh.wedges.triangles.size(), 4U);
+  for (int face = 0; face < 4; ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const int wedge = mesh.wedges.triangles[face][corner];
+      EXPECT_EQ(mesh.wedges.uvs[wedge].x(), static_cast<float>(face));
+      if (wedge < 4) {
+        EXPECT_EQ(wedge, mesh.triangles[face][corner]);  // the first wedges are those of the vertices
+      }
+    }
+  }
+}
+
+TEST(Weld, WedgesOfOneVertexThatAgree_AreOne) {
+  SkinnedMesh mesh = shaded_tetrahedron(true);
+  for (Eigen::Vector2f& uv : mesh.wedges.uvs) uv.x() = uv.x() < 1.5F ? 0.0F : 1.0F;  // two charts of two faces each
+  weld(mesh);
+  EXPECT_EQ(mesh.wedges.uvs.size(), 8U);
+}
+
+TEST(Weld, TriangleThatIsDropped_TakesItsWedgesAlong) {
+  SkinnedMesh mesh = shaded_tetrahedron(true);
+  mesh.vertices[1] = mesh.vertices[0];
+  mesh.influences[1] = mesh.influences[0];
+  weld(mesh);
+  ASSERT_EQ(mesh.wedges.triangles.size(), 3U);
+  for (const int wedge : mesh.wedges.triangles[0]) EXPECT_EQ(mesh.wedges.uvs[wedge].x(), 1.0F);  // of the second face
 }
 
 }  // namespace

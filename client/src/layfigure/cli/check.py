@@ -15,9 +15,10 @@ examples:
   layfigure check take.usda && publish take.usda
 
 Errors are broken rules: of USD, by its own validators, and of skeletons: array lengths, types, parents, unit
-quaternions, invertible transforms, joint and vertex indices, weights, blend shapes, the time range. Warnings are what
-USD allows but importers stumble over, such as bones that change their lengths; in a take of Layfigure's own they are
-errors. Exit code 0: no errors; 1: errors, or not readable; 2: usage.
+quaternions, invertible transforms, joint and vertex indices, weights, blend shapes, texture coordinates and normals,
+files that are missing, the time range. Warnings are what USD allows but importers stumble over, such as bones that
+change their lengths or normals that are not of unit length; in a take of Layfigure's own they are errors.
+Exit code 0: no errors; 1: errors, or not readable; 2: usage.
 """
 _MAX_LINES = 50
 

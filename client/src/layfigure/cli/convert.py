@@ -11,7 +11,7 @@ from layfigure.errors import UsageError
 
 DESCRIPTION = """\
 Writes a USD file's skeletons, at every frame, for tools that read no USD, in metres and Y up:
-  .glb, .gltf              glTF 2.0 with skins, weights, colours and one animation
+  .glb, .gltf              glTF 2.0 with skins, weights, materials, textures and one animation
   .bvh                     BVH with the joints alone, of one skeleton; its zero pose is the rest pose
 or a take as a single USD file in other units, or with another axis up:
   .usd, .usda, .usdc, .usdz

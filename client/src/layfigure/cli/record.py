@@ -27,10 +27,12 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Records the doll's poses until Ctrl-C, SIGTERM, --duration or the server's leave, then writes them as USD:
   OUT.usda             a small layer over the two others
-  OUT.character.usdc   skeleton, skinned meshes, colours
+  OUT.character.usdc   skeleton, skinned meshes, materials
   OUT.anim.usdc        keys, yield events
+  OUT.textures/        pictures that the character's file holds, if any; other textures stay where they are
   OUT.lcmlog           every message as it was received (LCM event log)
-or, with --layout single, all but the log in OUT. Files of these names are replaced, each when its successor is whole.
+or, with --layout single, all but the log and pictures in OUT; an OUT.usdz holds all textures, too. Files of these names
+are replaced, each when its successor is whole.
 While it records, the log is called OUT.recording.lcmlog, and OUT.recording.usdc is the take so far. They outlive a
 crash; a later recording sets them aside as OUT.cut-off-1, and 'layfigure export' makes the take of such a log.
 With --takes each line on the standard input, Enter on a terminal, ends a take or begins the next: OUT_001.usda,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,12 @@ from layfigure.export.clip import Clip, SkeletonClip
 from layfigure.export.whole_file import write_whole
 from layfigure.protocol import Floats
 from layfigure.usd.character_layer import vertex_normals
+from layfigure.usd.looks import Look, Texture
+from layfigure.usd.pictures import MIME_TYPES, as_png_or_jpeg
 from layfigure.usd.reader import BoundMesh
 
+_REPEAT, _CLAMP, _MIRROR = 10497, 33071, 33648  # OpenGL's numbers
+_WRAPS = {"repeat": _REPEAT, "clamp": _CLAMP, "mirror": _MIRROR}
 _GROUP = 4  # influences per vertex attribute: JOINTS_0, JOINTS_1, ...
 _MAX_MATERIALS = 64  # of one mesh: more colours than that are a texture's, and their mean is taken
 _STILL = 1e-7  # [m] a translation that changes by less is that of the node
@@ -46,6 +51,8 @@ class _Builder:
         self._gltf = pygltflib.GLTF2(asset=pygltflib.Asset(version="2.0", generator="layfigure"))
         self._data = bytearray()
         self._roots: list[int] = []
+        self._materials: dict[tuple[object, ...], int] = {}
+        self._textures: dict[tuple[bytes, tuple[str, str]], int | None] = {}
 
     def build(self) -> Any:
         lib, gltf = self.lib, self._gltf
@@ -97,50 +104,139 @@ class _Builder:
     def _add_mesh(self, mesh: BoundMesh, skin: int) -> None:
         lib, gltf = self.lib, self._gltf
         vertices = {"target": lib.ARRAY_BUFFER}
+        split = split_vertices(mesh)
         attributes = lib.Attributes(
-            POSITION=self._add(mesh.points, lib.FLOAT, lib.VEC3, with_bounds=True, **vertices),
-            NORMAL=self._add(vertex_normals(mesh.points, mesh.triangles), lib.FLOAT, lib.VEC3, **vertices),
+            POSITION=self._add(mesh.points[split.sources], lib.FLOAT, lib.VEC3, with_bounds=True, **vertices),
+            NORMAL=self._add(split.normals, lib.FLOAT, lib.VEC3, **vertices),
         )
-        joints, weights = strongest_first(mesh)
+        if split.uvs is not None:
+            attributes.TEXCOORD_0 = self._add(split.uvs, lib.FLOAT, lib.VEC2, **vertices)
+        joints, weights = (values[split.sources] for values in strongest_first(mesh))
         for group in range(joints.shape[1] // _GROUP):
             part = slice(group * _GROUP, (group + 1) * _GROUP)
             joint_accessor = self._add(joints[:, part], lib.UNSIGNED_SHORT, lib.VEC4, **vertices)
             setattr(attributes, f"JOINTS_{group}", joint_accessor)
             setattr(attributes, f"WEIGHTS_{group}", self._add(weights[:, part], lib.FLOAT, lib.VEC4, **vertices))
         primitives: list[Any] = []
-        for color, triangles in _by_color(mesh):
-            indices = self._add(triangles.reshape(-1), lib.UNSIGNED_INT, lib.SCALAR, target=lib.ELEMENT_ARRAY_BUFFER)
-            material = self._add_material(f"{mesh.name}_{len(primitives)}", color)
-            primitives.append(lib.Primitive(attributes=attributes, indices=indices, material=material))
+        for where, surface in self._surfaces(mesh):
+            indices = split.triangles[where].reshape(-1)
+            accessor = self._add(indices, lib.UNSIGNED_INT, lib.SCALAR, target=lib.ELEMENT_ARRAY_BUFFER)
+            name = surface.look.name if surface.look is not None and surface.look.name else mesh.name
+            material = self._add_material(name, surface)
+            primitives.append(lib.Primitive(attributes=attributes, indices=accessor, material=material))
         gltf.meshes.append(lib.Mesh(name=mesh.name, primitives=primitives))
         gltf.nodes.append(lib.Node(name=mesh.name, mesh=len(gltf.meshes) - 1, skin=skin))
         self._roots.append(len(gltf.nodes) - 1)
 
-    def _add_material(self, name: str, color: Floats) -> int:
+    def _surfaces(self, mesh: BoundMesh) -> Iterator[tuple[Any, _Surface]]:
+        """Which triangles look how. Those without a texture go by their colours."""
+        looks = mesh.looks
+        if looks is None:
+            yield from _by_color(mesh, np.arange(len(mesh.triangles)), None)
+            return
+        for number, look in enumerate(looks.looks):
+            where = np.flatnonzero(looks.of_triangles == number)
+            texture = self._add_texture(look.texture) if look.texture is not None and len(where) else None
+            if texture is None or look.texture is None:
+                yield from _by_color(mesh, where, look)
+            else:
+                yield where, _Surface(look.texture.factor, look, texture)
+
+    def _add_material(self, name: str, surface: _Surface) -> int:
+        """One that several meshes have is there once."""
+        lib, gltf, look = self.lib, self._gltf, surface.look
+        factor = np.clip(surface.factor, 0.0, 1.0).tolist()
+        blends = factor[3] < 1.0 or (surface.texture is not None and look is not None and look.texture_alpha)
+        cutoff = look.alpha_cutoff if look is not None else 0.0
+        key = (name, tuple(factor), surface.texture, blends, cutoff)
+        if key in self._materials:
+            return self._materials[key]
+        pbr = lib.PbrMetallicRoughness(baseColorFactor=factor, metallicFactor=0.0, roughnessFactor=_ROUGHNESS)
+        if surface.texture is not None:
+            pbr.baseColorTexture = lib.TextureInfo(index=surface.texture)
+        material = lib.Material(name=name, pbrMetallicRoughness=pbr, doubleSided=True)
+        if blends:
+            material.alphaMode = lib.MASK if cutoff > 0.0 else lib.BLEND
+            material.alphaCutoff = cutoff if cutoff > 0.0 else None
+        gltf.materials.append(material)
+        self._materials[key] = len(gltf.materials) - 1
+        return self._materials[key]
+
+    def _add_texture(self, texture: Texture) -> int | None:
+        """Pictures that several materials have are there once. None: glTF cannot hold it."""
+        key = (texture.data, texture.wrap)
+        if key not in self._textures:
+            self._textures[key] = self._add_picture(texture)
+        return self._textures[key]
+
+    def _add_picture(self, texture: Texture) -> int | None:
         lib, gltf = self.lib, self._gltf
-        surface = lib.PbrMetallicRoughness(
-            baseColorFactor=[*color.tolist(), 1.0], metallicFactor=0.0, roughnessFactor=_ROUGHNESS
-        )
-        gltf.materials.append(lib.Material(name=name, pbrMetallicRoughness=surface, doubleSided=True))
-        return len(gltf.materials) - 1
+        picture = as_png_or_jpeg(texture.data)
+        if picture is None:
+            return None
+        kind, data = picture
+        view = self._add_bytes(data)
+        gltf.images.append(lib.Image(name=texture.name, mimeType=MIME_TYPES[kind], bufferView=view))
+        wrap_s, wrap_t = (_WRAPS[wrap] for wrap in texture.wrap)
+        gltf.samplers.append(lib.Sampler(wrapS=wrap_s, wrapT=wrap_t))
+        gltf.textures.append(lib.Texture(sampler=len(gltf.samplers) - 1, source=len(gltf.images) - 1))
+        return len(gltf.textures) - 1
 
     def _add(self, values: Any, component: int, kind: str, with_bounds: bool = False, target: int | None = None) -> int:
         """An accessor with a view of its own."""
         lib, gltf = self.lib, self._gltf
         types = {lib.FLOAT: np.float32, lib.UNSIGNED_SHORT: np.uint16, lib.UNSIGNED_INT: np.uint32}
         array = np.ascontiguousarray(values, types[component])
-        self._data.extend(b"\0" * (-len(self._data) % _ALIGNMENT))
-        view = lib.BufferView(buffer=0, byteOffset=len(self._data), byteLength=array.nbytes, target=target)
-        self._data.extend(array.tobytes())
-        gltf.bufferViews.append(view)
-        accessor = lib.Accessor(
-            bufferView=len(gltf.bufferViews) - 1, componentType=component, count=len(array), type=kind
-        )
+        view = self._add_bytes(array.tobytes(), target)
+        accessor = lib.Accessor(bufferView=view, componentType=component, count=len(array), type=kind)
         if with_bounds:
             accessor.min = np.atleast_1d(array.min(axis=0)).tolist()
             accessor.max = np.atleast_1d(array.max(axis=0)).tolist()
         gltf.accessors.append(accessor)
         return len(gltf.accessors) - 1
+
+    def _add_bytes(self, data: bytes, target: int | None = None) -> int:
+        """A view of the buffer."""
+        lib, gltf = self.lib, self._gltf
+        self._data.extend(b"\0" * (-len(self._data) % _ALIGNMENT))
+        gltf.bufferViews.append(
+            lib.BufferView(buffer=0, byteOffset=len(self._data), byteLength=len(data), target=target)
+        )
+        self._data.extend(data)
+        return len(gltf.bufferViews) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    factor: Floats  # (4) linear RGB and alpha, times the texture's
+    look: Look | None
+    texture: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """A mesh whose vertices have one normal and one texture coordinate each; N vertices."""
+
+    sources: Any  # (N) the mesh's own vertices that they are
+    normals: Floats  # (N, 3)
+    uvs: Floats | None  # (N, 2) v downwards, as glTF has it
+    triangles: Any  # (T, 3)
+
+
+def split_vertices(mesh: BoundMesh) -> Split:
+    """As many vertices as needed, in the order of the mesh's. If any is split, those of no triangle are left out."""
+    looks = mesh.looks
+    textured = looks is not None and any(look.texture is not None for look in looks.looks)
+    normals = vertex_normals(mesh.points, mesh.triangles)
+    if (mesh.normals is None and not textured) or not len(mesh.triangles):
+        return Split(np.arange(len(mesh.points)), normals, None, mesh.triangles)
+    of_corners = mesh.normals if mesh.normals is not None else normals[mesh.triangles]
+    shading = [of_corners, *([looks.uvs] if looks is not None and textured else [])]
+    rounded = np.concatenate(shading, axis=2).astype(np.float32)  # as it is written
+    corners = np.concatenate([mesh.triangles[:, :, None], rounded], axis=2, dtype=np.float64)
+    rows, numbers = np.unique(corners.reshape(-1, corners.shape[2]), axis=0, return_inverse=True)
+    uvs = np.stack([rows[:, 4], 1.0 - rows[:, 5]], axis=1) if textured else None
+    return Split(rows[:, 0].astype(np.int64), rows[:, 1:4], uvs, numbers.reshape(-1, 3))
 
 
 def strongest_first(mesh: BoundMesh) -> tuple[Any, Floats]:
@@ -160,11 +256,15 @@ def strongest_first(mesh: BoundMesh) -> tuple[Any, Floats]:
     return np.pad(joints, padding), np.pad(weights / np.where(sums > 0.0, sums, 1.0), padding)
 
 
-def _by_color(mesh: BoundMesh) -> Iterable[tuple[Floats, Any]]:
-    colors, inverse = np.unique(mesh.colors, axis=0, return_inverse=True)
+def _by_color(mesh: BoundMesh, where: Any, look: Look | None) -> Iterator[tuple[Any, _Surface]]:
+    """Of the triangles `where`: those of each colour."""
+    opacity = look.opacity if look is not None else 1.0
+    colors, numbers = np.unique(mesh.colors[where], axis=0, return_inverse=True)
     if len(colors) > _MAX_MATERIALS:
-        return [(mesh.colors.mean(axis=0), mesh.triangles)]
-    return [(color, mesh.triangles[inverse.reshape(-1) == number]) for number, color in enumerate(colors)]
+        yield where, _Surface(np.append(mesh.colors[where].mean(axis=0), opacity), look, None)
+        return
+    for number, color in enumerate(colors):
+        yield where[numbers.reshape(-1) == number], _Surface(np.append(color, opacity), look, None)
 
 
 def _quaternions(matrices: Floats) -> Floats:

@@ -41,6 +41,14 @@ _LIFT = 1e-3  # of what lies on the ground, in radii of the scene: in front of i
 
 
 @dataclass(frozen=True, eq=False)
+class Picture:
+    """What is painted on a surface."""
+
+    pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]  # (H, W, 3) sRGB, the uppermost row first
+    wrap: str  # outside of 0..1: "repeat", "clamp" or "mirror"
+
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """A triangle mesh of one colour (linear RGB), or of one for each triangle or vertex."""
 
@@ -48,6 +56,9 @@ class Surface:
     triangles: Ints  # (T, 3)
     color: Floats  # (3), (T, 3) or, if `of_vertices`, (V, 3)
     of_vertices: bool = False
+    normals: Floats | None = None  # (V, 3) unit; None: smooth ones
+    uvs: Floats | None = None  # (V, 2) of the picture, v upwards
+    picture: Picture | None = None  # instead of the colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +118,20 @@ class Renderer:
     def _actor(self, surface: Surface) -> Any:
         vtk = self._vtk
         data = self._poly_data(surface)
+        if surface.normals is not None:
+            data.GetPointData().SetNormals(vtk.numpy_to_vtk(np.ascontiguousarray(surface.normals), deep=True))
+        else:
+            data = self._with_smooth_normals(data)
         colors = to_srgb(surface.color)
         mapper = vtk.vtkPolyDataMapper()
         mapper.SetInputData(data)
         actor = vtk.vtkActor()
         actor.SetMapper(mapper)
         look = actor.GetProperty()
-        if colors.ndim == 2:
+        if surface.picture is not None and surface.uvs is not None:
+            data.GetPointData().SetTCoords(vtk.numpy_to_vtk(np.ascontiguousarray(surface.uvs), deep=True))
+            actor.SetTexture(self._texture(surface.picture))
+        elif colors.ndim == 2:
             attributes = data.GetPointData() if surface.of_vertices else data.GetCellData()
             attributes.SetScalars(vtk.numpy_to_vtk(np.ascontiguousarray(colors), deep=True))
         else:
@@ -133,7 +151,25 @@ class Renderer:
         data = vtk.vtkPolyData()
         data.SetPoints(points)
         data.SetPolys(cells)
-        normals = vtk.vtkPolyDataNormals()
+        return data
+
+    def _texture(self, picture: Picture) -> Any:
+        vtk = self._vtk
+        height, width, _ = picture.pixels.shape
+        image = vtk.vtkImageData()
+        image.SetDimensions(width, height, 1)
+        rows = np.ascontiguousarray(picture.pixels[::-1]).reshape(-1, 3)  # VTK begins with the lowest
+        image.GetPointData().SetScalars(vtk.numpy_to_vtk(rows, deep=True))
+        texture = vtk.vtkTexture()
+        texture.SetInputData(image)
+        texture.InterpolateOn()
+        texture.MipmapOn()
+        wraps = {"repeat": texture.Repeat, "clamp": texture.ClampToEdge, "mirror": texture.MirroredRepeat}
+        texture.SetWrap(wraps[picture.wrap])
+        return texture
+
+    def _with_smooth_normals(self, data: Any) -> Any:
+        normals = self._vtk.vtkPolyDataNormals()
         normals.SetInputData(data)
         normals.SplittingOff()
         normals.ConsistencyOff()

@@ -2,9 +2,16 @@
 
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkObject, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
-from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer, vtkWindowToImageFilter
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkLight,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkTexture,
+    vtkWindowToImageFilter,
+)
 from vtkmodules.vtkRenderingOpenGL2 import vtkEGLRenderWindow
 
 vtkObject.GlobalWarningDisplayOff()  # it would write to stderr
@@ -15,12 +22,14 @@ __all__ = [
     "vtkActor",
     "vtkCellArray",
     "vtkEGLRenderWindow",
+    "vtkImageData",
     "vtkLight",
     "vtkPoints",
     "vtkPolyData",
     "vtkPolyDataMapper",
     "vtkPolyDataNormals",
     "vtkRenderer",
+    "vtkTexture",
     "vtkWindowToImageFilter",
     "vtk_to_numpy",
 ]

@@ -6,12 +6,18 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from layfigure.usd.findings import Finding, error, warning
 
 WEIGHT_TOLERANCE = 1e-4  # of a sum of float weights
 EXTENT_TOLERANCE = 1e-5  # of the box's size: float rounds at 6e-8
+NORMAL_TOLERANCE = 2e-3  # of a normal's length: half floats round at 5e-4
+_TEXTURE_COORDINATES = (
+    Sdf.ValueTypeNames.TexCoord2fArray,
+    Sdf.ValueTypeNames.TexCoord2dArray,
+    Sdf.ValueTypeNames.TexCoord2hArray,
+)
 _EARLIEST = Usd.TimeCode.EarliestTime()  # the default, or the first sample of what is animated
 
 
@@ -32,6 +38,16 @@ def mesh_findings(mesh: Any) -> Iterator[Finding]:
         yield error(where, "has a point that is not finite")
         return
     yield from _extent_findings(mesh, points)
+    yield from _shading_findings(
+        mesh,
+        {
+            UsdGeom.Tokens.constant: 1,
+            UsdGeom.Tokens.uniform: len(counts),
+            UsdGeom.Tokens.varying: len(points),
+            UsdGeom.Tokens.vertex: len(points),
+            UsdGeom.Tokens.faceVarying: len(indices),
+        },
+    )
     yield from _skinning_findings(UsdSkel.BindingAPI(mesh.GetPrim()), len(points))
 
 
@@ -41,6 +57,49 @@ def _extent_findings(mesh: Any, points: Any) -> Iterator[Finding]:
     tolerance = EXTENT_TOLERANCE * max(float(np.abs(box).max()), EXTENT_TOLERANCE)
     if extent is None or np.shape(extent) != (2, 3) or not np.allclose(np.array(extent), box, rtol=0.0, atol=tolerance):
         yield warning(mesh.GetPath(), "its extent is not the box of its points")
+
+
+def _shading_findings(mesh: Any, expected: dict[str, int]) -> Iterator[Finding]:
+    """Of normals and texture coordinates, of which there are to be `expected`, by how they are interpolated."""
+    normals = mesh.GetNormalsAttr()
+    if normals.HasAuthoredValue():
+        values = np.array(normals.Get(_EARLIEST) or np.zeros((0, 3)), np.float64)
+        yield from _count_findings(normals.GetPath(), len(values), mesh.GetNormalsInterpolation(), expected)
+        yield from _normal_findings(normals.GetPath(), values)
+    for primvar in UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvarsWithAuthoredValues():
+        where = primvar.GetAttr().GetPath()
+        is_normals = primvar.GetPrimvarName() == "normals"
+        if not is_normals and primvar.GetTypeName() not in _TEXTURE_COORDINATES:
+            continue
+        values = np.array(primvar.Get(_EARLIEST) or [], np.float64)
+        indices = np.array(primvar.GetIndices(_EARLIEST) or [], np.int64)
+        if primvar.IsIndexed() and len(indices) and not 0 <= indices.min() <= indices.max() < len(values):
+            yield error(where, f"has an index out of range, expected 0 to {len(values) - 1}")
+        count = len(indices) if primvar.IsIndexed() else len(values)
+        yield from _count_findings(where, count, primvar.GetInterpolation(), expected)
+        if is_normals:
+            yield from _normal_findings(where, values)
+        elif not np.isfinite(values).all():
+            yield error(where, "holds a value that is not finite")
+
+
+def _count_findings(where: object, count: int, interpolation: str, expected: dict[str, int]) -> Iterator[Finding]:
+    if interpolation not in expected:
+        yield error(where, f"has the interpolation '{interpolation}', which USD does not know")
+    elif count != expected[interpolation]:
+        yield error(where, f"has {count} values, expected {expected[interpolation]} ({interpolation})")
+
+
+def _normal_findings(where: object, normals: Any) -> Iterator[Finding]:
+    if not np.isfinite(normals).all():
+        yield error(where, "holds a normal that is not finite")
+        return
+    lengths = np.linalg.norm(normals.reshape(-1, 3), axis=1)
+    bad = np.abs(lengths - 1.0) > NORMAL_TOLERANCE
+    if bad.any():
+        number = int(np.argmax(bad))
+        more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
+        yield warning(where, f"normal {number} is {lengths[number]:.6g} long, not 1{more}")
 
 
 def _skinning_findings(binding: Any, point_count: int) -> Iterator[Finding]:

@@ -13,8 +13,8 @@ from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
-from layfigure.usd.base_colors import triangle_colors
 from layfigure.usd.felt import Pull, read_pulls, read_yields
+from layfigure.usd.looks import Looks, Triangles, read_looks, read_normals
 from layfigure.usd.skeleton_reader import PosedSkeleton, find_skeletons
 
 
@@ -46,6 +46,7 @@ class PosedMesh:
     triangles: Ints  # (T, 3)
     colors: Floats  # (T, 3) linear RGB
     flowing: Floats  # (V) 0 to 1: how far a joint that yields at this time moves the point
+    looks: Looks
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +61,8 @@ class BoundMesh:
     joint_indices: Ints  # (V, K) into the skeleton's joints
     joint_weights: Floats  # (V, K)
     has_blend_shapes: bool
+    looks: Looks | None = None
+    normals: Floats | None = None  # (T, 3, 3) of the triangles' corners, unit, world; None: the file has none
 
 
 class SkinnedStage:
@@ -132,13 +135,14 @@ class _Skin:
     def __init__(self, skeleton: Any, target: Any) -> None:
         self._skeleton, self._target = skeleton, target
         self._mesh = UsdGeom.Mesh(target.GetPrim())
-        self._triangles, corners, faces = _triangulated(self._mesh)
+        self._faces = _triangulated(self._mesh)
+        self._triangles = self._faces.points
         self._bound_points = np.array(self._mesh.GetPointsAttr().Get(Usd.TimeCode.EarliestTime()) or [], np.float64)
         if self._triangles.size and not 0 <= self._triangles.min() <= self._triangles.max() < len(self._bound_points):
             raise LayfigureError(
                 f"'{self._mesh.GetPath()}' has faces of points it does not have: run 'layfigure check'"
             )
-        self._colors = triangle_colors(self._mesh, self._triangles, corners, faces)
+        self._looks = read_looks(self._mesh, self._faces)
         binding = UsdSkel.BindingAPI(target.GetPrim())
         self._shapes: Any = UsdSkel.BlendShapeQuery(binding) if target.HasBlendShapes() else None
         self._yields = read_yields(self.animation_prim(), list(skeleton.GetJointOrder()))
@@ -157,8 +161,9 @@ class _Skin:
             name=str(self._mesh.GetPrim().GetName()),
             points=np.array(points, np.float64) @ matrix[:3, :3] + matrix[3, :3],
             triangles=self._triangles,
-            colors=self._colors,
+            colors=self._looks.colors,
             flowing=self._flowing(len(points), frame),
+            looks=self._looks,
         )
 
     def bound(self, frame: float, to_world: Any) -> BoundMesh:
@@ -171,11 +176,22 @@ class _Skin:
             skeleton=str(self._skeleton.GetPrim().GetPath()),
             points=points @ matrix[:3, :3] + matrix[3, :3],
             triangles=self._triangles,
-            colors=self._colors,
+            colors=self._looks.colors,
             joint_indices=indices,
             joint_weights=weights,
             has_blend_shapes=self._shapes is not None,
+            looks=self._looks,
+            normals=self._bound_normals(matrix[:3, :3]),
         )
+
+    def _bound_normals(self, linear: Floats) -> Floats | None:
+        """`linear` acts on rows of points."""
+        normals = read_normals(self._mesh, self._faces)
+        if normals is None:
+            return None
+        turned = normals @ np.linalg.inv(linear).T
+        lengths = np.linalg.norm(turned, axis=2, keepdims=True)
+        return np.asarray(turned / lengths) if (lengths > 0.0).all() else None
 
     def _influences(self, point_count: int, frame: float) -> tuple[Ints, Floats]:
         """Joints of the skeleton and weights (V, K)."""
@@ -234,8 +250,8 @@ def metres(stage: Any, up_axis: str) -> Any:
     return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), angle_deg))
 
 
-def _triangulated(mesh: Any) -> tuple[Ints, Ints, Ints]:
-    """Faces as fans of triangles: the points (T, 3), the corners of faces (T, 3) and the face (T) of each."""
+def _triangulated(mesh: Any) -> Triangles:
+    """Faces as fans."""
     earliest = Usd.TimeCode.EarliestTime()
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(earliest) or [], np.int32)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(earliest) or [], np.int32)
@@ -246,4 +262,4 @@ def _triangulated(mesh: Any) -> tuple[Ints, Ints, Ints]:
     corners = np.stack([starts, starts + step, starts + step + 1], axis=1).astype(np.int32)
     if corners.size and corners.max() >= len(indices):
         raise LayfigureError(f"'{mesh.GetPath()}' has too few vertex indices for its faces: run 'layfigure check'")
-    return indices[corners], corners, faces.astype(np.int32)
+    return Triangles(indices[corners], corners, faces.astype(np.int32))

@@ -7,20 +7,24 @@ translations. What is relative to a parent joint is scaled alone. Forces are tur
 
 from __future__ import annotations
 
+import logging
 import math
 import tempfile
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, UsdGeom, UsdUtils, Vt
+from pxr import Ar, Gf, Sdf, Tf, UsdGeom, UsdUtils, Vt
 
 from layfigure import rotation
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Bools, Floats
 from layfigure.take_form import UpAxis
 from layfigure.usd.reader import open_stage, quiet
+from layfigure.usd.textures import TextureFolder, asset_path_from, hand_over
+
+_logger = logging.getLogger(__name__)
 
 
 class _Change:
@@ -151,8 +155,37 @@ def rewrite_in_units(path: Path, up_axis: UpAxis, meters_per_unit: float) -> Non
     layer.Export(str(path))
 
 
+def _place_files(layer: Any, out: Path, pictures: TextureFolder) -> None:
+    """Names what a flattened layer names, textures, from where `out` is. What is in a package is written beside `out`,
+    and into a package goes what is a picture."""
+    placed: dict[str, str] = {}
+
+    def place(path: str) -> str:
+        if path not in placed:
+            placed[path] = _place_file(path, out, pictures)
+        return placed[path]
+
+    with quiet():
+        UsdUtils.ModifyAssetPaths(layer, place)
+
+
+def _place_file(path: str, out: Path, pictures: TextureFolder) -> str:
+    is_packed = Ar.IsPackageRelativePath(path)
+    if not path or not (is_packed or out.suffix == ".usdz"):
+        return asset_path_from(path, out)
+    name = Ar.SplitPackageRelativePathInner(path)[1] if is_packed else path
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
+    added = pictures.add(PurePosixPath(name).name, bytes(asset.GetBuffer())) if asset else None
+    if added is None:
+        _logger.warning("'%s' is left out: it is missing, or no picture", path)
+    return added or ""
+
+
 def write_in_units(source: Path, out: Path, up_axis: UpAxis | None, meters_per_unit: float | None) -> None:
-    """One whole layer, or a package, of a take; what is None stays. Raises LayfigureError if it cannot be done."""
+    """One whole layer, or a package, of a take, and the pictures that were in a package; what is None stays.
+
+    Raises LayfigureError if it cannot be done.
+    """
     stage = open_stage(source)
     up_axis = up_axis or UsdGeom.GetStageUpAxis(stage)
     meters_per_unit = meters_per_unit or UsdGeom.GetStageMetersPerUnit(stage)
@@ -160,14 +193,14 @@ def write_in_units(source: Path, out: Path, up_axis: UpAxis | None, meters_per_u
     try:
         with quiet(), tempfile.TemporaryDirectory(prefix=f".{out.stem}.", dir=out.parent) as scratch:
             change_units(layer, up_axis, meters_per_unit)
+            pictures = TextureFolder(Path(scratch), out)
+            _place_files(layer, out, pictures)
             packed = out.suffix == ".usdz"
             flat = Path(scratch) / (f"{out.stem}.usdc" if packed else out.name)
             layer.Export(str(flat))
             if packed and not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(flat)), str(Path(scratch) / out.name)):
                 raise LayfigureError(f"cannot write '{out}': USD could not pack it")
-            whole = Path(scratch) / out.name
-            whole.chmod(0o644)
-            whole.replace(out)
+            hand_over([*([] if packed else pictures.files), Path(scratch) / out.name], Path(scratch), out.parent)
     except OSError as error:
         raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error
     except Tf.ErrorException as error:

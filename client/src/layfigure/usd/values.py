@@ -27,6 +27,11 @@ def vec3f_array(vectors: Any) -> Any:
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(vectors, np.float32))
 
 
+def vec2f_array(vectors: Any) -> Any:
+    """(N, 2)."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(vectors, np.float32))
+
+
 def vec3f_arrays(vectors: Floats) -> list[Any]:
     """An array for each frame of (F, N, 3)."""
     return [Vt.Vec3fArray.FromNumpy(row) for row in np.ascontiguousarray(vectors, np.float32)]

@@ -17,6 +17,7 @@ from layfigure.usd import values
 from layfigure.usd.animation_layer import define_animation
 from layfigure.usd.character_layer import set_stage_units, write_character
 from layfigure.usd.failures import reason
+from layfigure.usd.textures import named_textures
 
 SAVE_EVERY_US = 1_000_000  # of simulation time
 
@@ -43,7 +44,7 @@ class WorkingFile:
             self._stage.SetTimeCodesPerSecond(fps)
             self._stage.SetFramesPerSecond(fps)
             self._stage.SetStartTimeCode(0.0)
-            write_character(self._stage, character, meshes)
+            write_character(self._stage, character, meshes, named_textures(character, meshes, path))
             self._animation = define_animation(self._stage, character)
             self._rest()
             self._save()

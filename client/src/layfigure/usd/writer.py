@@ -3,6 +3,7 @@
     OUT.usda            references OUT.character.usdc, sublayers OUT.anim.usdc
     OUT.character.usdc  SkelRoot, Skeleton, skinned meshes, materials
     OUT.anim.usdc       SkelAnimation, yield events, and on request what was felt in each frame
+    OUT.textures/       pictures that the character's file holds
 
 Equal takes give equal bytes: nothing is written that depends on the day, the machine or the folder.
 """
@@ -33,6 +34,7 @@ from layfigure.usd.character_layer import (
     write_character_layer,
 )
 from layfigure.usd.failures import reason
+from layfigure.usd.textures import TextureFolder, Textures, hand_over, place_textures
 from layfigure.usd.units import rewrite_in_units
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -62,9 +64,7 @@ def write_animation_files(animation: Animation, out: Path) -> None:
     try:
         scratch = Path(tempfile.mkdtemp(prefix=f".{out.stem}.", dir=out.parent))
         try:
-            for path in _write_files(scratch, out, animation):
-                path.chmod(0o644)
-                path.replace(out.parent / path.name)
+            hand_over(_write_files(scratch, out, animation), scratch, out.parent)
         finally:
             shutil.rmtree(scratch)
     except OSError as error:
@@ -74,38 +74,41 @@ def write_animation_files(animation: Animation, out: Path) -> None:
 
 
 def _write_files(scratch: Path, out: Path, animation: Animation) -> list[Path]:
-    """The files to hand over, the root layer last: it is what makes the others seen."""
+    """The files to hand over, each after those that it needs."""
     packed = out.suffix == ".usdz"
     root = scratch / (f"{out.stem}.usdc" if packed else out.name)
-    layers = _write_layers(root, animation) if animation.form.layout == "layered" else _write_single(root, animation)
+    pictures = TextureFolder(scratch, out)
+    textures = place_textures(animation.take.character, animation.take.meshes, out, pictures)
+    write = _write_layers if animation.form.layout == "layered" else _write_single
+    layers = write(root, animation, textures)
     form = animation.form
     if (form.up_axis, form.meters_per_unit) != (STAGE_UP_AXIS, METERS_PER_UNIT):
         for layer in layers:
             rewrite_in_units(layer, form.up_axis, form.meters_per_unit)
     if not packed:
-        return layers
-    for layer in layers:
-        os.utime(layer, (_PACKED_AT, _PACKED_AT))
+        return [*pictures.files, *layers]
+    for file in (*pictures.files, *layers):
+        os.utime(file, (_PACKED_AT, _PACKED_AT))
     package = scratch / out.name
     if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(root)), str(package)):
         raise LayfigureError(f"cannot write '{out}': USD could not pack it")
     return [package]
 
 
-def _write_single(root: Path, animation: Animation) -> list[Path]:
+def _write_single(root: Path, animation: Animation, textures: Textures) -> list[Path]:
     stage = Usd.Stage.CreateNew(str(root))
     set_stage_units(stage)
     set_stage_time(stage, animation.frames)
-    write_character(stage, animation.take.character, animation.take.meshes)
+    write_character(stage, animation.take.character, animation.take.meshes, textures)
     write_animation(stage, animation)
     stage.GetRootLayer().Save()
     return [root]
 
 
-def _write_layers(root: Path, animation: Animation) -> list[Path]:
+def _write_layers(root: Path, animation: Animation, textures: Textures) -> list[Path]:
     take = animation.take
     character, layer = root.with_name(f"{root.stem}.character.usdc"), root.with_name(f"{root.stem}.anim.usdc")
-    write_character_layer(str(character), take.character, take.meshes)
+    write_character_layer(str(character), take.character, take.meshes, textures)
     write_animation_layer(str(layer), animation)
     _write_root_layer(root, character.name, layer.name, take, animation.frames)
     return [character, layer, root]

@@ -36,12 +36,18 @@ class ImportError : public std::runtime_error {
 ///
 /// Meshes. Triangulated; vertices of equal position and weights are joined; weights are normalised, those below 1e-6
 /// dropped; a mesh without weights that hangs on a bone follows it rigidly, and one that hangs on none is left out;
-/// winding is mended if the whole is inside out. A glTF skin without bind matrices, whose vertices are in the frames of
-/// its joints, is bound as the file poses it. Whatever was mended or left out is a line in Rig::warnings.
+/// winding is mended if the whole is inside out. Normals and texture coordinates are those of the file, of the set that
+/// the base colour texture goes by; joined vertices keep those that differ as wedges. A glTF skin without bind
+/// matrices, whose vertices are in the frames of its joints, is bound as the file poses it. Whatever was mended or left
+/// out is a line in Rig::warnings.
 ///
-/// Files. Those that the character's file names (buffers, materials, a skeleton) are looked for in its folder and below
-/// only; links and paths that lead elsewhere find nothing. With a `cache`, a rig that was read before is taken from
-/// there, if all of those files have the bytes that they had.
+/// Looks. Of materials the base colour, the opacity and the base colour texture are kept. A texture's file is named,
+/// not looked at; a picture in the character's file is kept as it is, up to kMostImageBytes. Vertex colours and
+/// transforms of textures are left out.
+///
+/// Files. Those that the character's file names (buffers, lists of materials, a skeleton) are looked for in its folder
+/// and below only; links and paths that lead elsewhere find nothing. With a `cache`, a rig that was read before is
+/// taken from there, if all of those files have the bytes that they had.
 ///
 /// Throws ImportError: no such file, not a file, empty, truncated, not a format that is known, broken, without mesh,
 /// bones or triangles, numbers that are not finite or above 1e6 m, sizes above 4 GB, 16 384 bones or 20 million
