@@ -271,9 +271,24 @@ void Hands::collect_inputs() {
   first_grip_ = couplings_.size();
   first_bond_ = ties_.size();
   for (auto& [id, pointer] : pointers_) {
-    if (pointer.grip() && !is_served(id)) couplings_.push_back(pointer.aim(h_));
+    if (pointer.grip() && !is_served(id)) {
+      if (pointer.fingertip()) pointer.observe_tip(tip_motion(pointer));
+      couplings_.push_back(pointer.aim(h_));
+    }
     if (pointer.fingertip() && pointer.fingertip()->bond) ties_.push_back(*pointer.fingertip()->bond);
   }
+}
+
+/// A bond holds a fingertip like a grip: the hand tilts what it holds.
+TipMotion Hands::tip_motion(const Pointer& pointer) const {
+  const int body = pointer.grip()->coupling.body;
+  const dynamics::BodyState& tip = state().bodies[body];
+  const Eigen::Matrix3d R = tip.rotation.toRotationMatrix();
+  const Eigen::Vector3d in_tip = model().body(body).inertia.llt().solve(R.transpose() * tip.angular_momentum);
+  const Fingertip& fingertip = *pointer.fingertip();
+  return {.rotation = tip.rotation,
+          .angular_velocity = R * in_tip,
+          .normal = fingertip.bond ? Eigen::Vector3d::Zero() : fingertip.touched.normal};
 }
 
 void Hands::finish_step() {
@@ -300,11 +315,12 @@ void Hands::observe_contacts() {
     fingertip.touched = {};
     if (is_local(id)) {
       const LocalTouch& local = tools_[id].touched;
-      fingertip.touched = {.body = local.body, .force = local.force, .contact = local.contact};
+      fingertip.touched = {.body = local.body, .force = local.force, .contact = local.contact, .normal = local.normal};
       continue;
     }
     const int body = pointer.grip()->coupling.body;
-    double hardest = 0.0;
+    double hardest = 0.0;  // of what is the doll's
+    double hardest_of_all = 0.0;
     for (std::size_t k = 0; k < scene.contacts().size(); ++k) {
       const collision::ContactPoint& point = scene.contacts()[k];
       if (point.body_a != body && point.body_b != body) continue;
@@ -312,6 +328,10 @@ void Hands::observe_contacts() {
       if (on_a.isZero(0.0)) continue;
       fingertip.touched.contact = true;
       fingertip.touched.force += point.body_a == body ? on_a : Eigen::Vector3d(-on_a);
+      if (on_a.norm() > hardest_of_all) {
+        hardest_of_all = on_a.norm();
+        fingertip.touched.normal = point.normal_W;
+      }
       const int other = point.body_a == body ? point.body_b : point.body_a;
       if (other == collision::kWorldBody || on_a.norm() <= hardest) continue;
       hardest = on_a.norm();

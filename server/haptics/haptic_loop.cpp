@@ -5,18 +5,6 @@
 #include "layfigure/haptics/realtime_thread.h"
 
 namespace layfigure::haptics {
-namespace {
-
-CouplingTarget target_of(const ServedHand& hand, const PoseRate& rate) {
-  const PointerPose& pointer = hand.map.world();
-  return {.position = pointer.position + hand.position_offset,
-          .rotation = pointer.rotation * hand.rotation_offset,
-          .velocity = rate.linear,
-          .angular_velocity = rate.angular};
-}
-
-}  // namespace
-
 HapticLoop::HapticLoop(DeviceSet& devices, int ticks, double tick) : devices_(devices), ticks_(ticks), h_(tick) {}
 
 /// What physics has to say. The hands' maps are new, so their pointers are where these put them: no motion.
@@ -29,10 +17,16 @@ void HapticLoop::receive() noexcept {
     local_.hand_over(orders->model);
     pointers_ = orders->model.pointers;
     pointer_ = orders->model.pointer;
+    gains_ = orders->model.gains;
+    std::copy_n(orders->model.own.begin(), kMostPointers, is_fingertip_.begin());
   }
   for (int k = 0; k < devices_.count(); ++k) {
     Hand& hand = hands_[k];
-    if (orders->hands[k].has_tool != hand.served.has_tool) hand.rate = {};
+    if (orders->hands[k].has_tool != hand.served.has_tool) {
+      hand.rate = {};
+      hand.soft = {};
+      hand.normal.setZero();
+    }
     hand.served = orders->hands[k];
     hand.glide.start(hand.aim, hand.served.wanted, ticks_);
     if (devices_.seen(k).has_hand) hand.served.map.receive(devices_.seen(k).hand);
@@ -54,15 +48,33 @@ void HapticLoop::read(double time, int periods) noexcept {
   }
 }
 
+CouplingTarget HapticLoop::target_of(int port, Hand& hand) noexcept {
+  const PointerPose& pointer = hand.served.map.world();
+  CouplingTarget target{.position = pointer.position + hand.served.position_offset,
+                        .rotation = pointer.rotation * hand.served.rotation_offset,
+                        .velocity = hand.rate.linear,
+                        .angular_velocity = hand.rate.angular};
+  if (!is_fingertip_[port]) return target;
+  const TipMotion tip{
+      .rotation = local_.rotation(port), .angular_velocity = local_.velocity(port).angular, .normal = hand.normal};
+  const SoftTip::Target soft = hand.soft.follow(target.rotation, target.angular_velocity, tip,
+                                                gains_[port].angular_stiffness, gains_[port].angular_damping);
+  target.rotation = soft.rotation;
+  target.angular_velocity = soft.angular_velocity;
+  return target;
+}
+
 void HapticLoop::render() noexcept {
-  for (int i = 0; i < pointers_; ++i) {
-    const Hand& hand = hands_[pointer_[i]];
-    targets_[i] = target_of(hand.served, hand.rate);
-  }
+  for (int i = 0; i < pointers_; ++i) targets_[i] = target_of(i, hands_[pointer_[i]]);
   local_.tick({targets_.data(), static_cast<std::size_t>(pointers_)},
               {felt_.data(), static_cast<std::size_t>(pointers_)});
   ++summed_;
   for (int i = 0; i < pointers_; ++i) {
+    if (is_fingertip_[i]) {
+      Hand& hand = hands_[pointer_[i]];
+      felt_[i].torque = hand.soft.of_hand(felt_[i].torque);
+      hand.normal = local_.touched(i).normal;
+    }
     PortWrench& sum = sums_[pointer_[i]];
     sum.force += felt_[i].force;
     sum.torque += felt_[i].torque;

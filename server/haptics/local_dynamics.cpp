@@ -136,13 +136,18 @@ dynamics::BodyVelocity LocalDynamics::velocity(int port) const noexcept {
 LocalTouch LocalDynamics::touched(int pointer) const noexcept {
   LocalTouch touch;
   const ConstMatrix jacobian(model_.contact_jacobian.data(), model_.rows(), 3 * model_.contacts);
-  double hardest = 0.0;
+  double hardest = 0.0;  // of what is a port
+  double hardest_of_all = 0.0;
   for (int i = 0; i < model_.contacts; ++i) {
     const auto& [a, b, friction, gap, normal, to_a, to_b] = model_.contact[i];
     const double pressure = impulses_[3 * i];
     if ((a != pointer && b != pointer) || !(pressure > 0.0)) continue;
     touch.contact = true;
     touch.force += jacobian.block<3, 3>(6 * pointer + 3, 3 * i) * impulses_.segment<3>(3 * i) / model_.tick;
+    if (pressure > hardest_of_all) {
+      hardest_of_all = pressure;
+      touch.normal = Vector3d(normal.data());
+    }
     const int other = a == pointer ? b : a;
     if (other < 0 || pressure <= hardest) continue;
     hardest = pressure;

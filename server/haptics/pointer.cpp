@@ -50,10 +50,16 @@ void Pointer::attach(Grip grip, const PointerPose& held) {
 
 void Pointer::touch(const FingertipDefinition& fingertip, const dynamics::Coupling& coupling) {
   fingertip_ = Fingertip{.definition = fingertip};
+  tip_ = {};
   grip_ = Grip{};
   grip_->coupling = coupling;
   ++tools_taken_;
   glide_.stop();
+}
+
+void Pointer::observe_tip(const TipMotion& tip) {
+  assert(fingertip_);
+  tip_ = tip;
 }
 
 void Pointer::set_fingertip_body(int body) {
@@ -76,6 +82,12 @@ const dynamics::Coupling& Pointer::aim(double h) {
   coupling.target_rotation = pose_.rotation * grip_->rotation_offset;
   coupling.target_velocity = rate_.linear + glide_.velocity(h);
   coupling.target_angular_velocity = rate_.angular + glide_.angular_velocity(h);
+  if (fingertip_) {
+    const SoftTip::Target target = fingertip_->soft.follow(coupling.target_rotation, coupling.target_angular_velocity,
+                                                           tip_, coupling.angular_stiffness, coupling.angular_damping);
+    coupling.target_rotation = target.rotation;
+    coupling.target_angular_velocity = target.angular_velocity;
+  }
   return coupling;
 }
 
@@ -87,7 +99,8 @@ void Pointer::finish_step(const dynamics::BodyForce& force) {
 
 dynamics::BodyForce Pointer::force_on_hand() const {
   if (!grip_) return {};
-  return map_.to_hand({.force = -grip_->force.force, .torque = -grip_->force.torque});
+  const Eigen::Vector3d torque = fingertip_ ? fingertip_->soft.of_hand(grip_->force.torque) : grip_->force.torque;
+  return map_.to_hand({.force = -grip_->force.force, .torque = -torque});
 }
 
 }  // namespace layfigure::haptics

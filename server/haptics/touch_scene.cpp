@@ -25,7 +25,8 @@ scene::SceneDefinition scene_of(const doll::Doll& doll, std::span<const Fingerti
     const int body = static_cast<int>(definition.model.bodies.size());
     definition.model.bodies.push_back(fingertip_body(fingertip.pointer, fingertip.definition, mass, fingertip.pose));
     definition.shapes.push_back(fingertip_shape(fingertip.pointer, fingertip.definition, body));
-    definition.pads.push_back({.body = body, .radius = kPadShare * fingertip.definition.radius});
+    const double radius = fingertip.definition.radius;
+    definition.pads.push_back({.body = body, .radius = kPadShare * radius, .depth = radius});
     for (int other = first; other < body; ++other) definition.excluded.emplace_back(other, body);
   }
   return definition;

@@ -38,21 +38,26 @@ collision::WorldDefinition world_definition(const SceneDefinition& definition) {
   return world;
 }
 
-/// Radius of each body's pad [m]; 0: none.
-std::vector<double> pad_radii(const SceneDefinition& definition) {
-  std::vector<double> radii(definition.model.bodies.size(), 0.0);
+void require_length(double value, const char* what, const std::string& body) {
+  if (value >= 0.0 && std::isfinite(value)) return;
+  throw std::invalid_argument("the pad of body '" + body + "' has " + what + " " + std::to_string(value) +
+                              " m, expected 0 or more");
+}
+
+/// Each body's pad; of radius 0: none.
+std::vector<Pad> pads_of(const SceneDefinition& definition) {
+  std::vector<Pad> pads(definition.model.bodies.size());
   for (const Pad& pad : definition.pads) {
-    if (pad.body < 0 || pad.body >= static_cast<int>(radii.size())) {
+    if (pad.body < 0 || pad.body >= static_cast<int>(pads.size())) {
       throw std::invalid_argument("a pad is on body " + std::to_string(pad.body) + ", expected 0 to " +
-                                  std::to_string(static_cast<int>(radii.size()) - 1));
+                                  std::to_string(static_cast<int>(pads.size()) - 1));
     }
-    if (!(pad.radius >= 0.0 && std::isfinite(pad.radius))) {
-      throw std::invalid_argument("the pad of body '" + definition.model.bodies[pad.body].name + "' has radius " +
-                                  std::to_string(pad.radius) + " m, expected 0 or more");
-    }
-    radii[pad.body] = std::max(radii[pad.body], pad.radius);
+    const std::string& name = definition.model.bodies[pad.body].name;
+    require_length(pad.radius, "radius", name);
+    require_length(pad.depth, "depth", name);
+    if (pad.radius > pads[pad.body].radius) pads[pad.body] = pad;
   }
-  return radii;
+  return pads;
 }
 
 std::pair<int, int> ordered(int a, int b) { return std::minmax(a, b); }
@@ -104,12 +109,18 @@ dynamics::Contact contact_of(const collision::ContactPoint& point, const std::ve
   return contact;
 }
 
+/// A contact's pad.
+struct PadAt {
+  double radius;           ///< 0: none
+  Eigen::Vector3d middle;  ///< from the contact point, world
+};
+
 }  // namespace
 
 struct Scene::Data {
   Data(SceneDefinition definition, const Data* like)
       : radii(scene::radii(definition)),
-        pads(pad_radii(definition)),
+        pads(pads_of(definition)),
         world(like == nullptr ? collision::World(world_definition(definition))
                               : collision::World(world_definition(definition), like->world)),
         model(std::move(definition.model)),
@@ -120,10 +131,10 @@ struct Scene::Data {
   void collect_contacts();
   [[nodiscard]] bool is_apart(int body) const;
   void add_contact(const collision::ContactPoint& point);
-  [[nodiscard]] double pad_of(const collision::ContactPoint& point) const;
+  [[nodiscard]] PadAt pad_of(const collision::ContactPoint& point) const;
 
   std::vector<double> radii;
-  std::vector<double> pads;
+  std::vector<Pad> pads;  ///< one per body
   collision::World world;
   dynamics::Model model;
   dynamics::Workspace workspace;
@@ -158,8 +169,13 @@ void Scene::Data::move(dynamics::State& state, double h) {
   }
 }
 
-double Scene::Data::pad_of(const collision::ContactPoint& point) const {
-  return std::max(pads[point.body_a], point.body_b == collision::kWorldBody ? 0.0 : pads[point.body_b]);
+PadAt Scene::Data::pad_of(const collision::ContactPoint& point) const {
+  const Pad& a = pads[point.body_a];
+  if (point.body_b == collision::kWorldBody || pads[point.body_b].radius <= a.radius) {
+    return {.radius = a.radius, .middle = a.depth * point.normal_W};
+  }
+  const Pad& b = pads[point.body_b];
+  return {.radius = b.radius, .middle = -b.depth * point.normal_W};
 }
 
 bool Scene::Data::is_apart(int body) const { return std::find(apart.begin(), apart.end(), body) != apart.end(); }
@@ -167,14 +183,14 @@ bool Scene::Data::is_apart(int body) const { return std::find(apart.begin(), apa
 void Scene::Data::add_contact(const collision::ContactPoint& point) {
   if (std::binary_search(let_through.begin(), let_through.end(), ordered(point.body_a, point.body_b))) return;
   std::vector<dynamics::Contact>& target = is_apart(point.body_a) || is_apart(point.body_b) ? left_out : contacts;
-  const double pad = pad_of(point);
-  if (pad == 0.0) {
+  const auto [radius, middle] = pad_of(point);
+  if (radius == 0.0) {
     target.push_back(contact_of(point, poses, Eigen::Vector3d::Zero()));
     return;
   }
   std::uint64_t name = 0;
   for (const Eigen::Vector3d& direction : around(point.normal_W)) {
-    target.push_back(contact_of(point, poses, pad * direction));
+    target.push_back(contact_of(point, poses, middle + radius * direction));
     target.back().key += name++;
   }
 }

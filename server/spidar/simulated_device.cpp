@@ -85,7 +85,7 @@ void SimulatedSpidar::advance(double h, const Pose& wanted) {
 
 std::optional<Lengths> SimulatedSpidar::read() const {
   if (faults_.silent) return std::nullopt;
-  return told_;
+  return told_ + faults_.errors;
 }
 
 void SimulatedSpidar::step(double h, const Pose& wanted) {
@@ -101,7 +101,8 @@ void SimulatedSpidar::pull(double h) {
   for (int i = 0; i < kStrings; ++i) {
     motors_[i] += share * ((faults_.silent ? 0.0 : commanded_[i]) - motors_[i]);
     const double friction = parts_.friction * std::tanh(rates_[i] / kFrictionSpeed);
-    const bool taut = faults_.broken_string != i && paid_out_[i] - way_[i] < kSlackTolerance;
+    const bool powered = faults_.broken_string != i && faults_.dead_motor != i;
+    const bool taut = powered && paid_out_[i] - way_[i] < kSlackTolerance;
     pulls_[i] = taut ? std::max(motors_[i] + friction, 0.0) : 0.0;
   }
 }
@@ -113,7 +114,8 @@ void SimulatedSpidar::reel(double h) {
   way_ = way;
   for (int i = 0; i < kStrings; ++i) {
     const double least = faults_.broken_string == i ? 0.0 : way_[i];
-    paid_out_[i] = std::max(least, paid_out_[i] - h * parts_.reel_speed);
+    const double taken_in = faults_.dead_motor == i ? 0.0 : h * parts_.reel_speed;
+    paid_out_[i] = std::max(least, paid_out_[i] - taken_in);
   }
 }
 
@@ -164,7 +166,7 @@ void SimulatedSpidar::move(double h, const Pose& wanted, const Wrench& wrench) {
 void SimulatedSpidar::measure() {
   const double count = geometry_.metres_per_count;
   for (int i = 0; i < kStrings; ++i) {
-    if (faults_.stuck_encoder == i) continue;
+    if (faults_.frozen || faults_.stuck_encoder == i) continue;
     counted_[i] = std::round(paid_out_[i] / count) * count;
   }
 }

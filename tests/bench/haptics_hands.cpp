@@ -1,6 +1,7 @@
 // The hands' rows: pinches, and two hands that play.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "haptics.h"
@@ -11,7 +12,11 @@
 namespace layfigure::bench {
 namespace {
 
-constexpr double kPinchDrift = 0.1;   // [mm]
+constexpr double kPinchDrift = 0.1;  // [mm]
+constexpr int kCircles = 10;
+constexpr double kTilt = 0.35;        // [rad]
+constexpr double kTiltDrift = 1.0;    // [mm]
+constexpr double kTiltTurn = 3.0;     // [deg]
 constexpr double kSlip = 2.0;         // [%]
 constexpr double kDeepestDip = 1e-3;  // [J]
 constexpr double kLimit = 1.0 + 1e-9;
@@ -34,6 +39,13 @@ void tell_pinch(const HapticsEffort& effort, std::vector<Figure>& figures) {
     const double drift = haptics::pinch_drift(effort.pinch, off_center, tremor);
     figures.push_back(
         {"pinch hold for " + seconds(effort.pinch) + ", " + name + ": drift", 1e3 * drift, "mm", kPinchDrift});
+  }
+  for (const auto how : {haptics::Tilting::kInPlace, haptics::Tilting::kAboutTheMiddle}) {
+    const haptics::TiltDrift drift = haptics::drift_by_tilting(how, kCircles, kTilt);
+    const std::string name = "pinch, " + std::to_string(kCircles) + " circles of hands that tilt by 20 degrees" +
+                             (how == haptics::Tilting::kInPlace ? " in place: " : " with the limb: ");
+    figures.push_back({name + "drift", 1e3 * drift.way, "mm", kTiltDrift});
+    figures.push_back({name + "turn of the limb", drift.turn * 180.0 / std::numbers::pi, "deg", kTiltTurn});
   }
   double off = 0.0;
   for (const double friction : {0.5, 1.0, 2.0}) {

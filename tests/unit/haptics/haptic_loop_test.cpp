@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include "allocation_count.h"
@@ -14,6 +16,7 @@
 #include "layfigure/haptics/device_hands.h"
 #include "pinched_doll.h"
 #include "small_doll.h"
+#include "spidar_faults.h"
 
 namespace layfigure::haptics {
 namespace {
@@ -161,6 +164,67 @@ TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
   }
 }
 
+TEST(HapticLoop, FingertipsThatTiltInCircles_KeepWhatTheyHold) {
+  constexpr double kHapticRate = 2000.0;
+  constexpr double kSqueeze = 0.01;  // [m]
+  constexpr double kTilt = 0.35;     // [rad]
+  constexpr int kCircles = 10;       // one a second
+  for (const double physics_hz : {100.0, 500.0}) {
+    SCOPED_TRACE(physics_hz);
+    const double h = 1.0 / physics_hz;
+    const int ticks = static_cast<int>(kHapticRate / physics_hz);
+    std::vector<FakeDriver*> fakes;
+    std::vector<device::Device> opened;
+    for (int k = 0; k < 2; ++k) {
+      auto driver = std::make_unique<FakeDriver>();
+      fakes.push_back(driver.get());
+      opened.emplace_back(std::move(driver));
+    }
+    Hands hands(testing::pinched_limb(), h);
+    DeviceHands devices(std::move(opened), {});
+    devices.place_around(hands);
+    const double away = testing::kLimbRadius + kFingertipRadius;
+    for (const int k : {0, 1}) {
+      const double side = k == 0 ? 1.0 : -1.0;
+      hands.set_scale(k, 1.0);
+      hands.set_base(k, {.position = Eigen::Vector3d(0, side * away, 1)});
+      fakes[k]->reading.position.y() = side * 1e-3;
+    }
+    devices.serve(ticks, h / ticks, hands);
+    double time = 0.0;
+    const auto step = [&] {
+      devices.begin_step(time, hands);
+      ASSERT_EQ(hands.step().status, dynamics::StepStatus::kOk);
+      devices.end_step(time, hands);
+      time += h;
+    };
+    const auto pass = [&](double seconds) {
+      for (long n = std::lround(seconds * physics_hz); n > 0; --n) step();
+    };
+    step();
+    for (const int k : {0, 1}) {
+      hands.touch({.pointer = k, .stiffness = 1000.0});
+      fakes[k]->reading.position.y() = (k == 0 ? -1.0 : 1.0) * kSqueeze;
+    }
+    pass(1.0);
+    const dynamics::BodyState& limb = hands.state().bodies[0];
+    const Eigen::Quaterniond rotation = limb.rotation;
+    const Eigen::Vector3d position = limb.position;
+    const auto tilt_to = [&](double angle, double phase) {
+      const Eigen::Vector3d axis(std::cos(phase), 0, std::sin(phase));
+      for (FakeDriver* fake : fakes) fake->reading.rotation = Eigen::AngleAxisd(angle, axis);
+      pass(0.01);
+    };
+    for (int k = 1; k <= 50; ++k) tilt_to(kTilt * k / 50, 0.0);
+    for (int k = 1; k <= 100 * kCircles; ++k) tilt_to(kTilt, 2.0 * std::numbers::pi * k / 100);
+    for (int k = 49; k >= 0; --k) tilt_to(kTilt * k / 50, 0.0);
+    pass(1.0);
+    EXPECT_LT((limb.position - position).norm(), 1e-3);
+    EXPECT_LT(limb.rotation.angularDistance(rotation), 0.05);
+    for (const int k : {0, 1}) EXPECT_TRUE(hands.pointers().at(k).fingertip()->touched.contact);
+  }
+}
+
 TEST(HapticLoop, FingertipWithAMagnet_HoldsWhatItTouched) {
   auto driver = std::make_unique<FakeDriver>();
   FakeDriver& fake = *driver;
@@ -211,6 +275,87 @@ TEST(HapticLoop, StringsOrMessagesFail_NoForceAndAValidDoll) {
     rig->devices.guide(0, {.position = rig->tip() - 0.1 * Eigen::Vector3d::UnitZ()}, rig->hands);
     rig->devices.glide(0, 10);
     expect_no_force_after_the_fault(*rig, fault == "lost messages" ? device::Fault::kGone : device::Fault::kInvalid);
+  }
+}
+
+/// A simulated SPIDAR that has a fault from a time on, and judges what is asked of it in every tick.
+class FaultySpidar : public device::Driver {
+ public:
+  explicit FaultySpidar(const testing::SpidarFault& fault)
+      : driver_(device::open_driver({.kind = "spidar-g6x3"})),
+        spidar_(dynamic_cast<Simulated&>(*driver_)),
+        fault_(fault) {}
+
+  void begin_at(double time) { begin_ = time; }
+  /// The latest that there was a force, after the fault had shown and was still believed [s]; below 0: it did not show.
+  [[nodiscard]] double last_force() const { return last_force_; }
+  [[nodiscard]] bool has_shown() const { return std::isfinite(shown_); }
+  [[nodiscard]] double first_force() const { return first_force_; }
+
+  [[nodiscard]] const device::Info& info() const noexcept override { return driver_->info(); }
+  [[nodiscard]] device::Reading read(double time) noexcept override {
+    time_ = time;
+    if (time >= begin_ && !begun_) {
+      begun_ = true;
+      first_force_ = force_;
+      fault_.begin(spidar_.faults(), spidar_.spidar());
+      if (fault_.at_once) shown_ = time;
+    }
+    const spidar::Lengths before = string_lengths(spidar_.spidar().geometry(), spidar_.spidar().grip());
+    const device::Reading reading = driver_->read(time);
+    const auto told = spidar_.spidar().read();
+    if (begun_ && (!told || !((*told - before).cwiseAbs().maxCoeff() < kShows))) shown_ = std::min(shown_, time);
+    return reading;
+  }
+  void write(const device::Wrench& wrench) noexcept override {
+    force_ = wrench.force.norm();
+    if (!wrench.is_zero() && time_ < begin_ + fault_.lasts) last_force_ = std::max(last_force_, time_ - shown_);
+    driver_->write(wrench);
+  }
+  [[nodiscard]] device::Wrench exerted() const noexcept override { return driver_->exerted(); }
+  void close() noexcept override { driver_->close(); }
+  void aim(const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) noexcept override {
+    driver_->aim(position, rotation);
+  }
+
+ private:
+  using Simulated = device::SimulatedSpidarDriver;
+  static constexpr double kShows = 1e-3;  // [m]
+
+  std::unique_ptr<device::Driver> driver_;
+  Simulated& spidar_;
+  const testing::SpidarFault& fault_;
+  double begin_{INFINITY};
+  double shown_{INFINITY};
+  bool begun_{false};
+  double time_{0.0};
+  double force_{0.0};
+  double first_force_{0.0};
+  double last_force_{-INFINITY};
+};
+
+TEST(HapticLoop, EveryFaultOfASpidarBetweenSteps_NoForceWithinTenMillisecondsTickByTick) {
+  constexpr double kPhysicsRate = 50.0;
+  for (const testing::SpidarFault& fault : testing::spidar_faults()) {
+    SCOPED_TRACE(fault.name);
+    auto opened = std::make_unique<FaultySpidar>(fault);
+    FaultySpidar& spidar = *opened;
+    Rig rig(std::move(opened), kPhysicsRate, 40);
+    rig.pass(0.1);
+    const Eigen::Vector3d tip = rig.tip();
+    rig.devices.guide(0, {.position = tip}, rig.hands);
+    rig.hands.grab({.pointer = 0, .bone = kTip});
+    rig.devices.guide(0, {.position = tip + 0.1 * Eigen::Vector3d::UnitZ()}, rig.hands);
+    rig.devices.glide(0, std::lround(1.6 * kPhysicsRate));
+    rig.pass(1.0);
+    ASSERT_EQ(rig.devices.seen(0).report.fault, device::Fault::kNone);
+    spidar.begin_at(rig.time + 7.25e-3);  // in the middle of a step
+    rig.pass(0.5);
+    EXPECT_GT(spidar.first_force(), 0.01);
+    EXPECT_TRUE(spidar.has_shown());
+    EXPECT_LT(spidar.last_force(), kSafeWithin);
+    EXPECT_NE(rig.devices.seen(0).report.last_fault, device::Fault::kNone);
+    EXPECT_TRUE(rig.tip().allFinite());
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "pinched_doll.h"
@@ -62,6 +63,38 @@ double pinch_drift(double duration, double off_center, double tremor) {
   run(hands, 1000);
   double drift = 0.0;
   for (const int id : {0, 1}) drift = std::max(drift, (fingertip_in_body(hands, id, 0) - before[id]).norm());
+  return drift;
+}
+
+TiltDrift drift_by_tilting(Tilting how, int circles, double tilt) {
+  const Eigen::Vector3d middle(0, 0, 1);
+  Hands hands(testing::pinched_limb(), kStep);
+  Pinch pinch(hands, middle);
+  constexpr double kSqueeze = 0.01;
+  constexpr int kInterval = 10;  // [steps] between the hands' poses
+  constexpr int kTilting = 50;   // intervals
+  constexpr int kCircle = 100;
+  pinch.glide_to(kSqueeze, 20);
+  run(hands, 1000);
+  const Eigen::Vector3d before[] = {fingertip_in_body(hands, 0, 0), fingertip_in_body(hands, 1, 0)};
+  const Eigen::Quaterniond rotation_before = hands.state().bodies[0].rotation;
+  const double away = testing::kLimbRadius + kFingertipRadius - kSqueeze;
+  const auto tilt_to = [&](double angle, double phase) {
+    const Eigen::Quaterniond R(Eigen::AngleAxisd(angle, Eigen::Vector3d(std::cos(phase), 0, std::sin(phase))));
+    for (const int id : {0, 1}) {
+      const Eigen::Vector3d to_tip = side_of(id) * away * Eigen::Vector3d::UnitY();
+      const Eigen::Vector3d turned = how == Tilting::kInPlace ? to_tip : R * to_tip;
+      hands.receive(id, {.position = middle + turned, .rotation = R});
+    }
+    hands.glide(kInterval);
+    run(hands, kInterval);
+  };
+  for (int k = 1; k <= kTilting; ++k) tilt_to(tilt * k / kTilting, 0.0);
+  for (int k = 1; k <= circles * kCircle; ++k) tilt_to(tilt, 2.0 * std::numbers::pi * k / kCircle);
+  for (int k = kTilting - 1; k >= 0; --k) tilt_to(tilt * k / kTilting, 0.0);
+  run(hands, 1000);
+  TiltDrift drift{.way = 0.0, .turn = hands.state().bodies[0].rotation.angularDistance(rotation_before)};
+  for (const int id : {0, 1}) drift.way = std::max(drift.way, (fingertip_in_body(hands, id, 0) - before[id]).norm());
   return drift;
 }
 

@@ -39,6 +39,20 @@ class Pinch {
 /// hands that tremble by `tremor` [m]: these never let the scene rest.
 [[nodiscard]] double pinch_drift(double duration, double off_center, double tremor);
 
+/// What hands that tilt do to a limb that they pinch.
+enum class Tilting {
+  kInPlace,         ///< each fingertip turns where it is
+  kAboutTheMiddle,  ///< both go round the limb's middle with it
+};
+
+struct TiltDrift {
+  double way;   ///< of the fingertips on the limb [m], the larger
+  double turn;  ///< of the limb [rad]
+};
+
+/// Two hands tilt by `tilt` [rad], go round so many circles with that, one in a second, and tilt back.
+[[nodiscard]] TiltDrift drift_by_tilting(Tilting how, int circles, double tilt);
+
 /// The pressure [N] at which a limb slides out of fingers of a coefficient of friction that open slowly; by Coulomb's
 /// law it is slip_pressure().
 [[nodiscard]] double pressure_at_slip(double friction);

@@ -117,6 +117,18 @@ TEST(Pinch, HandsThatTurnAboutThePinchsAxis_DoNotLetItCreep) {
   EXPECT_LT((fingertip_in_body(hands, 0, 0) - before).norm(), kMostCreep);
 }
 
+TEST(Pinch, HandsThatTiltInCircles_KeepWhatTheyHold) {
+  constexpr int kCircles = 10;
+  constexpr double kTilt = 0.35;      // [rad]
+  constexpr double kMostWay = 1e-3;   // [m]
+  constexpr double kMostTurn = 0.05;  // [rad]; without a slip, a ball that rolls in circles turns what it holds by 4
+  for (const Tilting how : {Tilting::kInPlace, Tilting::kAboutTheMiddle}) {
+    const TiltDrift drift = drift_by_tilting(how, kCircles, kTilt);
+    EXPECT_LT(drift.way, kMostWay) << static_cast<int>(how);
+    EXPECT_LT(drift.turn, kMostTurn) << static_cast<int>(how);
+  }
+}
+
 TEST(Pinch, LeftAlone_RestsAndDoesNotMove) {
   Hands hands(testing::pinched_limb(), kStep);
   Pinch pinch(hands, kMiddle);

@@ -16,7 +16,7 @@ constexpr double kMu = 0.5;
 constexpr double kH = 1e-3;
 
 /// A ball on the floor, at rest in the beginning, that touches it with a pad.
-SceneDefinition ball_on_floor(double pad) {
+SceneDefinition ball_on_floor(double pad, double depth = 0.0) {
   SceneDefinition definition;
   dynamics::BodyDefinition ball;
   ball.name = "ball";
@@ -31,7 +31,7 @@ SceneDefinition ball_on_floor(double pad) {
   definition.shapes[0].friction = kMu;
   definition.shapes[1].shape = collision::Plane{};
   definition.shapes[1].friction = kMu;
-  if (pad > 0.0) definition.pads.push_back({.body = 0, .radius = pad});
+  if (pad > 0.0) definition.pads.push_back({.body = 0, .radius = pad, .depth = depth});
   return definition;
 }
 
@@ -82,6 +82,62 @@ TEST(Pad, TiltedBelowItsEdge_DoesNotRoll) {
   EXPECT_GT(pushed(0.0, {.torque = {0.9 * edge, 0, 0}}).angular_momentum.norm(), 1e-3);
 }
 
+/// Where a ball's middle is after so long under a torque beyond what its pad bears, and how far it has turned.
+dynamics::BodyState tilted(double depth) {
+  Scene scene(ball_on_floor(kPad, depth));
+  dynamics::State state = dynamics::initial_state(scene.model());
+  const double edge = kMass * kGravity * kPad;
+  const Push loads({.torque = {1.2 * edge, 0, 0}});
+  for (int k = 0; k < 200; ++k) (void)scene.step(state, {.loads = &loads}, {.step = kH});
+  return state.bodies[0];
+}
+
+TEST(Pad, TiltedBeyondItsEdge_RollsOnTheSurfaceOrTurnsAboutItsMiddle) {
+  const dynamics::BodyState rolled = tilted(0.0);
+  EXPECT_GT(rolled.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.1);
+  EXPECT_LT(rolled.position.y(), -0.1 * kRadius);
+  const dynamics::BodyState turned = tilted(kRadius);
+  EXPECT_GT(turned.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.1);
+  EXPECT_LT(turned.position.head<2>().norm(), 1e-9);
+}
+
+TEST(Pad, AtAnyDepth_MomentumIsPassedOnWhole) {
+  // Two balls that rub on each other in space, the pad on either.
+  for (const int body : {0, 1}) {
+    SceneDefinition definition = ball_on_floor(0.0);
+    definition.shapes.resize(1);
+    definition.model.gravity.setZero();
+    dynamics::BodyDefinition other = definition.model.bodies[0];
+    other.name = "other";
+    other.anchor = {0, 0, 3.0 * kRadius + 1e-4};
+    definition.model.bodies.push_back(other);
+    definition.shapes.push_back(definition.shapes[0]);
+    definition.shapes.back().body = 1;
+    definition.pads.push_back({.body = body, .radius = kPad, .depth = kRadius});
+    Scene scene(definition);
+    dynamics::State state = dynamics::initial_state(scene.model());
+    state.bodies[1].linear_momentum = {0.02, 0.1, -0.5};
+    state.bodies[1].angular_momentum = {1e-3, -2e-3, 5e-4};
+    const auto momentum = [&state] {
+      Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+      for (const dynamics::BodyState& ball : state.bodies) {
+        sum.head<3>() += ball.linear_momentum;
+        sum.tail<3>() += ball.angular_momentum + ball.position.cross(ball.linear_momentum);
+      }
+      return sum;
+    };
+    const Eigen::Matrix<double, 6, 1> before = momentum();
+    bool touched = false;
+    for (int k = 0; k < 50; ++k) {
+      (void)scene.step(state, {}, {.step = 1e-4});
+      touched = touched || (!scene.contacts().empty() && !scene.contact_force(0).isZero(0.0));
+    }
+    EXPECT_TRUE(touched);
+    EXPECT_LT((momentum() - before).head<3>().norm(), 1e-12);
+    EXPECT_LT((momentum() - before).tail<3>().norm(), 1e-6);  // a step turns levers that it takes as they were
+  }
+}
+
 TEST(Pad, ForceOfAContact_IsThatOfItsWholePad) {
   Scene scene(ball_on_floor(kPad));
   dynamics::State state = dynamics::initial_state(scene.model());
@@ -97,6 +153,8 @@ TEST(Pad, ThatCannotBe_Refused) {
   definition.pads[0] = {.body = 0, .radius = -0.01};
   EXPECT_THROW(Scene{definition}, std::invalid_argument);
   definition.pads[0].radius = std::nan("");
+  EXPECT_THROW(Scene{definition}, std::invalid_argument);
+  definition.pads[0] = {.body = 0, .radius = 0.01, .depth = -0.01};
   EXPECT_THROW(Scene{definition}, std::invalid_argument);
 }
 

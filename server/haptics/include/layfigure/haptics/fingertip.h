@@ -23,7 +23,8 @@ inline constexpr double kFingertipShare = 0.02;
 [[nodiscard]] double fingertip_mass(double doll_mass);
 
 /// The pad's circle (scene::Pad) beside the fingertip's radius. A finger that presses with some newtons flattens to a
-/// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it.
+/// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it. It is as deep as
+/// the fingertip: what presses on something does not roll there.
 inline constexpr double kPadShare = 0.5;
 
 /// Of dry skin on smooth plastic or wood; 0.5 to 1.5 are measured at a few newtons.
@@ -34,7 +35,8 @@ inline constexpr double kMaxFriction = 10.0;
 /// times this squared.
 inline constexpr double kKnuckleDistance = 0.05;
 
-/// A fingertip: a ball with a pad, held by a 6-DOF coupling to its pointer.
+/// A fingertip: a ball with a pad, held by a 6-DOF coupling to its pointer; while it presses on something it pushes and
+/// twists that, and does not tilt it (soft_tip.h).
 struct FingertipDefinition {
   double radius{kFingertipRadius};      ///< [m], kMinFingertipRadius to kMaxFingertipRadius
   double friction{kFingertipFriction};  ///< 0 to kMaxFriction; a contact takes the geometric mean with the doll's

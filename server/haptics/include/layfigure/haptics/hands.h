@@ -197,6 +197,7 @@ class Hands {
   void hand_over_to_springs();
   void collect_inputs();
   void finish_step();
+  [[nodiscard]] TipMotion tip_motion(const Pointer& pointer) const;
   void observe_contacts();
   void form_bonds();
   void let_bonds_through();

@@ -12,6 +12,7 @@
 #include "layfigure/haptics/local_dynamics.h"
 #include "layfigure/haptics/local_model.h"
 #include "layfigure/haptics/pose_rate.h"
+#include "layfigure/haptics/soft_tip.h"
 #include "layfigure/haptics/tick_record.h"
 #include "layfigure/haptics/workspace_map.h"
 
@@ -97,10 +98,13 @@ class HapticLoop {
     PointerPose aim;  ///< of a simulated device's hand
     Glide glide;
     PoseRate rate;
+    SoftTip soft;                                     ///< of a fingertip
+    Eigen::Vector3d normal{Eigen::Vector3d::Zero()};  ///< of what it pressed on in the last tick, see TipMotion
   };
 
   void receive() noexcept;
   void read(double time, int periods) noexcept;
+  [[nodiscard]] CouplingTarget target_of(int port, Hand& hand) noexcept;
   void render() noexcept;
   void exert(double time) noexcept;
   void end_interval(double time, int periods) noexcept;
@@ -115,8 +119,10 @@ class HapticLoop {
 
   LocalDynamics local_;
   bool sound_{true};
-  int pointers_{0};                           ///< of the local model
-  std::array<int, kMostPointers> pointer_{};  ///< whose its ports are
+  int pointers_{0};                                 ///< of the local model
+  std::array<int, kMostPointers> pointer_{};        ///< whose its ports are
+  std::array<bool, kMostPointers> is_fingertip_{};  ///< a port that the ticks move
+  std::array<CouplingGains, kMostPointers> gains_{};
   std::array<Hand, kMostPointers> hands_;
   std::array<CouplingTarget, kMostPointers> targets_;
   std::array<PortWrench, kMostPointers> felt_;

@@ -68,6 +68,7 @@ struct LocalTouch {
   int body{dynamics::kWorld};                      ///< that it presses hardest on; kWorld: none, or what does not move
   Eigen::Vector3d force{Eigen::Vector3d::Zero()};  ///< of its contacts on it, world [N]
   bool contact{false};
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};  ///< where it presses hardest, unit, to either side; zero: nowhere
 };
 
 /// Of the hand-over [J].

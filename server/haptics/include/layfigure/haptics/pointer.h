@@ -9,6 +9,7 @@
 #include "layfigure/haptics/glide.h"
 #include "layfigure/haptics/pointer_pose.h"
 #include "layfigure/haptics/pose_rate.h"
+#include "layfigure/haptics/soft_tip.h"
 #include "layfigure/haptics/workspace_map.h"
 
 namespace layfigure::haptics {
@@ -29,13 +30,15 @@ struct Grip {
 /// What a fingertip met in the last step.
 struct Touched {
   int body{dynamics::kWorld};  ///< of the doll, that it presses hardest on; kWorld: none, or what does not move
-  Eigen::Vector3d force{Eigen::Vector3d::Zero()};  ///< of all its contacts and of its magnet on it, world [N]
-  bool contact{false};                             ///< it touches something
+  Eigen::Vector3d force{Eigen::Vector3d::Zero()};   ///< of all its contacts and of its magnet on it, world [N]
+  bool contact{false};                              ///< it touches something
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};  ///< where it presses hardest, unit, to either side; zero: nowhere
 };
 
 struct Fingertip {
   FingertipDefinition definition;
   Touched touched{};
+  SoftTip soft{};
   std::optional<dynamics::Tie> bond{};  ///< the magnet holds
 };
 
@@ -78,6 +81,8 @@ class Pointer {
   void attach(Grip grip, const PointerPose& held);
   /// Holds a fingertip, which is at the pointer's pose.
   void touch(const FingertipDefinition& fingertip, const dynamics::Coupling& coupling);
+  /// How the fingertip moves now, before aim(). Needs a fingertip.
+  void observe_tip(const TipMotion& tip);
   /// The fingertip is that body of the model from now on.
   void set_fingertip_body(int body);
   void detach();
@@ -101,6 +106,7 @@ class Pointer {
 
   Glide glide_;
   PoseRate rate_;  // of follow()
+  TipMotion tip_;
 };
 
 }  // namespace layfigure::haptics

@@ -19,19 +19,28 @@ inline constexpr int kPadPoints = 3;
 
 /// A body that touches like a soft fingertip: not at a point but with a pad, which resists spin about the normal too.
 ///
-/// Each of its contact points p becomes kPadPoints of them, evenly on the circle of radius r about p in the plane of
-/// contact, all with p's gap, normal n and coefficient mu: the pad lies against whatever curvature it meets. They share
-/// p's normal force N. The friction that they can exert, force f in the plane and torque t about n, is bounded by the
-/// limit surface of most dissipation: with v the pad's slip and w its spin, t_i the tangents of the circle,
+/// Each of its contact points p becomes kPadPoints of them, evenly on the circle of radius r about p + d m in the plane
+/// across the normal, d the pad's depth and m the normal into its body; all with p's gap, normal n and coefficient mu:
+/// the pad lies against whatever curvature it meets. They share p's normal force N. The friction that they can exert,
+/// force f in the plane and torque t about n, is bounded by the limit surface of most dissipation: with v the pad's
+/// slip and w its spin, t_i the tangents of the circle,
 ///     f . v + t w  <=  mu sum N_i |v + w r t_i|
 /// Slip without spin begins at |f| = mu N, however N is shared out; spin without slip at |t| = mu N r. Between these,
 /// by Jensen's inequality, the surface lies within the ellipsoid |f|^2 + (t / r)^2 = (mu N)^2 (Howe & Cutkosky 1996,
 /// "Practical force-motion models for sliding manipulation", IJRR 15(6)), which is the usual model of a soft finger, by
-/// at most 18 % where N is shared evenly. A tilt about an axis in the plane is resisted with up to N r / 2 before a
-/// point lifts: the pad rolls after that.
+/// at most 18 % where N is shared evenly.
+///
+/// A tilt about an axis in the plane is resisted with up to N r / 2 before a point lifts: the pad turns over after
+/// that. How it does so is the depth's: what holds together there, at p + d m, is what it turns about. With d = 0 that
+/// is the surface, and a ball of radius R that is tilted by w rolls, its centre going by R m x w. Rolled about in
+/// circles it does not come back to where it was, and turns what it lies on (Montana 1988, "The kinematics of contact
+/// and grasp", IJRR 7(3): rolling is not holonomic). With d = R the pad turns over about the ball's centre, which
+/// stays: as flesh does, that is held and not let go. Both bodies' forces act at the one point p + d m, so they are
+/// each other's opposite in force and moment at any depth, and friction takes energy as ever.
 struct Pad {
   int body{0};
   double radius{0.0};  ///< r [m], >= 0; of a disc of even pressure: 2/3 of the disc's
+  double depth{0.0};   ///< d [m], >= 0
 };
 
 /// Jointed bodies and what they can touch.

@@ -31,8 +31,12 @@ struct SimulatedParts {
 /// What is wrong with it.
 struct SimulatedFaults {
   std::optional<int> broken_string;  ///< pulls no more, and its end is reeled in
+  std::optional<int> dead_motor;     ///< pulls no more and takes nothing in: its string sags when the grip comes nearer
   std::optional<int> stuck_encoder;  ///< tells the same length for ever
+  bool frozen{false};                ///< all encoders tell the same lengths for ever: a driver that repeats itself
   bool silent{false};                ///< nothing can be read, and tensions do not arrive: lost messages, no power
+  Lengths errors{Lengths::Zero()};   ///< more than what the encoders count [m], NaN too: counts that were missed, a
+                                     ///< string that slipped on its reel, another device's zero
 };
 
 /// A SPIDAR whose every part is computed: the hand, the grip as a rigid body, strings that sag when they are taken in

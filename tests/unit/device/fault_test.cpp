@@ -1,0 +1,210 @@
+// Whatever a device does, the force on the hand is none in time: every fault, tick by tick.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "layfigure/device/open.h"
+#include "layfigure/device/simulated_spidar.h"
+#include "spidar_faults.h"
+
+namespace layfigure::device {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using testing::SpidarFault;
+
+constexpr double kDeadline = 10e-3;  // [s] from when a fault shows to no force
+constexpr double kWatched = 0.3;     // [s] after it
+// Where an encoder is off by less nothing shows: some tens of counts, of which the six that the pose takes up hide
+// most.
+constexpr double kShows = 1e-3;  // [m]
+// What the strings pull with where no force is asked for, and the motors' lag [s].
+constexpr double kNoForce = 0.8;  // [N]
+constexpr double kLag = 2e-3;
+const Wrench kPush{.force = {2.0, 3.0, -2.0}, .torque = {0.01, -0.02, 0.0}};
+
+/// A hand that moves a device about while it is pushed.
+class Ticked {
+ public:
+  explicit Ticked(double rate_hz)
+      : device_(open_device({.kind = "spidar-g6", .config = {}, .index = 0, .bus_url = {}, .channel_prefix = {}})),
+        driver_(dynamic_cast<SimulatedSpidarDriver&>(device_.driver())),
+        h_(1.0 / rate_hz) {}
+
+  void tick(const Wrench& wanted = kPush) {
+    time_ += h_;
+    const double phase = 2.0 * std::numbers::pi * 1.5 * time_;
+    device_.aim(0.02 * Vector3d(std::sin(phase), std::cos(0.9 * phase), std::sin(1.2 * phase)),
+                Quaterniond(Eigen::AngleAxisd(0.2 * std::sin(phase), Vector3d::UnitX())));
+    before_ = string_lengths(driver_.spidar().geometry(), driver_.spidar().grip());
+    (void)device_.read(time_);
+    sent_ = device_.write(time_, wanted);
+  }
+  void run(double seconds) {
+    for (long k = std::lround(seconds / h_); k > 0; --k) tick();
+  }
+  void pause(double seconds) { time_ += seconds; }
+
+  /// The lengths that were told last are not those of the grip.
+  [[nodiscard]] bool shows() const {
+    const auto told = driver_.spidar().read();
+    return !told || !((*told - before_).cwiseAbs().maxCoeff() < kShows);
+  }
+  [[nodiscard]] const Wrench& sent() const { return sent_; }
+  [[nodiscard]] double exerted() const { return driver_.exerted().force.norm(); }
+  [[nodiscard]] double time() const { return time_; }
+  [[nodiscard]] double tick_length() const { return h_; }
+  [[nodiscard]] GuardReport report() const { return device_.report(); }
+  spidar::SimulatedFaults& faults() { return driver_.faults(); }
+  [[nodiscard]] const spidar::SimulatedSpidar& spidar() const { return driver_.spidar(); }
+
+ private:
+  Device device_;
+  SimulatedSpidarDriver& driver_;
+  double h_;
+  double time_{0.0};
+  spidar::Lengths before_{spidar::Lengths::Zero()};
+  Wrench sent_;
+};
+
+void expect_no_force_in_time(double rate_hz, const SpidarFault& fault) {
+  Ticked ticked(rate_hz);
+  ticked.run(1.0);
+  ASSERT_EQ(ticked.report().fault, Fault::kNone);
+  ASSERT_GT(ticked.sent().force.norm(), 3.0);
+  fault.begin(ticked.faults(), ticked.spidar());
+  const double begin = ticked.time();
+  double shown = fault.at_once ? begin : INFINITY;
+  double before = ticked.sent().force.norm();
+  const double watched = std::min(kWatched, fault.lasts - 2.0 * ticked.tick_length());
+  while (ticked.time() < begin + watched) {
+    ticked.tick();
+    if (ticked.shows()) shown = std::min(shown, ticked.time());
+    const double since = ticked.time() - shown;
+    ASSERT_TRUE(ticked.sent().is_finite());
+    if (ticked.report().fault != Fault::kNone) {
+      ASSERT_LE(ticked.sent().force.norm(), before) << "it falls, " << since << " s after the fault";
+    }
+    before = ticked.sent().force.norm();
+    if (since < kDeadline) continue;
+    ASSERT_TRUE(ticked.sent().is_zero()) << ticked.sent().force.transpose() << ", " << since << " s after the fault";
+    if (since > kDeadline + kLag) {
+      ASSERT_LT(ticked.exerted(), kNoForce) << since << " s after the fault";
+    }
+  }
+  EXPECT_LT(shown, begin + watched - kDeadline) << "it was there to be seen";
+  EXPECT_NE(ticked.report().fault, Fault::kNone);
+  ticked.faults() = {};
+  ticked.run(2.0);
+  EXPECT_EQ(ticked.report().fault, Fault::kNone) << "and all is well again";
+  EXPECT_GT(ticked.sent().force.norm(), 3.0);
+}
+
+TEST(DeviceFaults, EveryFaultOfASpidar_NoForceWithinTenMillisecondsTickByTick) {
+  for (const double rate_hz : {1000.0, 4000.0, 10'000.0}) {
+    for (const SpidarFault& fault : testing::spidar_faults()) {
+      SCOPED_TRACE(std::string(fault.name) + " at " + std::to_string(rate_hz) + " Hz");
+      expect_no_force_in_time(rate_hz, fault);
+    }
+  }
+}
+
+TEST(DeviceFaults, EncodersThatAllStandStill_TheForceIsBoundedAndStays) {
+  // Eight lengths that stand still are those of a hand that does: nothing tells them apart.
+  Ticked ticked(1000.0);
+  ticked.run(1.0);
+  ticked.faults().frozen = true;
+  const double begin = ticked.time();
+  while (ticked.time() < begin + kWatched) {
+    ticked.tick();
+    EXPECT_LE(ticked.sent().force.norm(), kPush.force.norm() * (1.0 + 1e-12));
+  }
+  // They are when they go on from somewhere else.
+  ticked.faults().frozen = false;
+  ticked.run(1.0);
+  EXPECT_EQ(ticked.report().fault, Fault::kNone);
+}
+
+TEST(DeviceFaults, TicksThatComeLate_NoForceAtTheFirstThatIs) {
+  for (const double pause : {6e-3, 10e-3, 50e-3, 3.0}) {
+    Ticked ticked(1000.0);
+    ticked.run(1.0);
+    const double before = ticked.sent().force.norm();
+    ticked.pause(pause);
+    const double begin = ticked.time() - pause;
+    for (double end = ticked.time() + 0.04; ticked.time() < end;) {
+      ticked.tick();
+      if (ticked.time() - begin >= kDeadline) {
+        ASSERT_TRUE(ticked.sent().is_zero()) << pause << ", " << ticked.time() - begin;
+      } else {
+        ASSERT_LT(ticked.sent().force.norm(), before) << pause;
+      }
+    }
+    EXPECT_EQ(ticked.report().last_fault, Fault::kLate);
+  }
+}
+
+TEST(DeviceFaults, WrenchThatIsNone_NoForceWithinTenMillisecondsTickByTick) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), INFINITY, -INFINITY}) {
+    for (const bool in_torque : {false, true}) {
+      Ticked ticked(4000.0);
+      ticked.run(1.0);
+      Wrench wrench = kPush;
+      (in_torque ? wrench.torque : wrench.force).y() = bad;
+      const double begin = ticked.time();
+      while (ticked.time() < begin + 0.1) {
+        ticked.tick(wrench);
+        ASSERT_TRUE(ticked.sent().is_finite());
+        if (ticked.time() - begin >= kDeadline) {
+          ASSERT_TRUE(ticked.sent().is_zero()) << bad;
+        }
+      }
+    }
+  }
+}
+
+TEST(DeviceFaults, MessagesThatComeAndGo_NoForceWhileMostAreLost) {
+  for (const int every : {2, 3, 10}) {
+    Ticked ticked(1000.0);
+    ticked.run(1.0);
+    const double begin = ticked.time();
+    for (int k = 0; ticked.time() < begin + kWatched; ++k) {
+      ticked.faults().silent = k % every != 0;
+      ticked.tick();
+      if (ticked.time() - begin >= kDeadline) {
+        ASSERT_TRUE(ticked.sent().is_zero()) << every;
+      }
+    }
+  }
+}
+
+TEST(DeviceFaults, SecondFaultOnTheFirst_DoesNotPutOffTheEnd) {
+  const auto& faults = testing::spidar_faults();
+  for (std::size_t first = 0; first < faults.size(); ++first) {
+    if (!faults[first].at_once) continue;
+    for (const SpidarFault& second : faults) {
+      SCOPED_TRACE(std::string(faults[first].name) + ", then " + second.name);
+      Ticked ticked(1000.0);
+      ticked.run(0.7);
+      faults[first].begin(ticked.faults(), ticked.spidar());
+      const double begin = ticked.time();
+      while (ticked.time() < begin + 0.03) {
+        ticked.tick();
+        if (ticked.time() - begin > 4.5e-3 && ticked.time() - begin < 5.5e-3) {
+          second.begin(ticked.faults(), ticked.spidar());
+        }
+        if (ticked.time() - begin >= kDeadline) {
+          ASSERT_TRUE(ticked.sent().is_zero()) << ticked.time() - begin;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace layfigure::device
