@@ -34,17 +34,19 @@ Quaterniond SoftTip::target(const Twist& twist) const noexcept {
   return (math::exp_rotation(twist.angle * normal_) * reference_).normalized();
 }
 
-/// The fingertip is where it belongs now, but for the twist between it and the hand, of which at most so much stays.
-void SoftTip::settle(const Quaterniond& wanted, const TipMotion& tip, double most_twist) noexcept {
+/// The fingertip is where it belongs now, but for the twist between it and the hand: of that stays what is paid for by
+/// the strain that there was.
+void SoftTip::settle(const Quaterniond& wanted, const TipMotion& tip, double strain_squared) noexcept {
   normal_ = (tip.rotation * normal_in_tip_).normalized();
   reference_ = tip.rotation;
   const Quaterniond between = wanted * offset_ * reference_.conjugate();
   const double twist = twist_about(between, normal_).angle;
-  const double excess = std::abs(twist) - most_twist;
-  if (!(excess > 0.0)) return;
+  const double paid = spare_ + strain_squared;
+  const double kept = std::clamp(twist, -std::sqrt(paid), std::sqrt(paid));
+  spare_ = std::min(paid - kept * kept, kMostSpare);
+  if (kept == twist) return;
   // The twist comes first, so to take of it is to turn what the hand's rotation begins with.
-  const Quaterniond less = math::exp_rotation((twist > 0.0 ? -excess : excess) * normal_);
-  offset_ = (wanted.conjugate() * between * less * reference_).normalized();
+  offset_ = (wanted.conjugate() * between * math::exp_rotation((kept - twist) * normal_) * reference_).normalized();
 }
 
 SoftTip::Target SoftTip::follow(const Quaterniond& wanted, const Vector3d& rate, const TipMotion& tip, double stiffness,
@@ -60,24 +62,23 @@ SoftTip::Target SoftTip::follow(const Quaterniond& wanted, const Vector3d& rate,
   const Vector3d normal_in_tip = tip.rotation.conjugate() * tip.normal;
   const bool known = gives_way_ && std::abs(normal_in_tip.dot(normal_in_tip_)) > std::cos(kNormalOff);
   Twist twist;
-  double strain = 0.0;
+  Vector3d strain;
   bool holds = false;
   if (known) {
     twist = twist_about(wanted * offset_ * reference_.conjugate(), normal_);
-    const Vector3d turn = math::log_rotation(target(twist) * tip.rotation.conjugate());
-    const Vector3d pull = stiffness * turn - damping * tip.angular_velocity;
-    strain = std::abs(turn.dot(normal_));
+    strain = math::log_rotation(target(twist) * tip.rotation.conjugate());
+    const Vector3d pull = stiffness * strain - damping * tip.angular_velocity;
     holds = across(pull, normal_).norm() <= stiffness * kGivingWay;
   } else if (gives_way_) {
     const Quaterniond before = target(twist_about(wanted * offset_ * reference_.conjugate(), normal_));
-    strain = math::log_rotation(before * tip.rotation.conjugate()).norm();
+    strain = math::log_rotation(before * tip.rotation.conjugate());
   } else {
-    strain = math::log_rotation(wanted * offset_ * tip.rotation.conjugate()).norm();
+    strain = math::log_rotation(wanted * offset_ * tip.rotation.conjugate());
   }
   if (!known) normal_in_tip_ = normal_in_tip;
   gives_way_ = true;
   if (!holds) {
-    settle(wanted, tip, strain);
+    settle(wanted, tip, strain.squaredNorm());
     twist = twist_about(wanted * offset_ * reference_.conjugate(), normal_);
     holds = damping * across(tip.angular_velocity, normal_).norm() <= stiffness * kGivingWay;
   }

@@ -66,9 +66,9 @@ double pinch_drift(double duration, double off_center, double tremor) {
   return drift;
 }
 
-TiltDrift drift_by_tilting(Tilting how, int circles, double tilt) {
+TiltDrift drift_by_tilting(Tilting how, int circles, double tilt, double off_center) {
   const Eigen::Vector3d middle(0, 0, 1);
-  Hands hands(testing::pinched_limb(), kStep);
+  Hands hands(testing::pinched_limb(off_center), kStep);
   Pinch pinch(hands, middle);
   constexpr double kSqueeze = 0.01;
   constexpr int kInterval = 10;  // [steps] between the hands' poses

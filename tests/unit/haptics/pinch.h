@@ -50,8 +50,9 @@ struct TiltDrift {
   double turn;  ///< of the limb [rad]
 };
 
-/// Two hands tilt by `tilt` [rad], go round so many circles with that, one in a second, and tilt back.
-[[nodiscard]] TiltDrift drift_by_tilting(Tilting how, int circles, double tilt);
+/// Two hands tilt by `tilt` [rad], go round so many circles with that, one in a second, and tilt back. The limb's com
+/// is `off_center` [m] along x, so that its weight twists what holds it.
+[[nodiscard]] TiltDrift drift_by_tilting(Tilting how, int circles, double tilt, double off_center = 0.0);
 
 /// The pressure [N] at which a limb slides out of fingers of a coefficient of friction that open slowly; by Coulomb's
 /// law it is slip_pressure().

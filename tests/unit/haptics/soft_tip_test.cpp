@@ -180,6 +180,7 @@ TEST(SoftTip, WhateverTheFingertipDoes_TheSpringGetsNothingButFromTheHandAndIt) 
   TipMotion tip = kPressed;
   Quaterniond wanted = Quaterniond::Identity();
   Quaterniond target = follow(soft, wanted, tip).rotation;
+  double made = 0.0;
   for (int k = 0; k < 20'000; ++k) {
     // The fingertip moves: what that does to the spring is its work. Then only its normal, the hand standing still.
     if (k % 3 == 0) tip.rotation = dice.rotation(3e-3) * tip.rotation;
@@ -189,7 +190,8 @@ TEST(SoftTip, WhateverTheFingertipDoes_TheSpringGetsNothingButFromTheHandAndIt) 
     tip.angular_velocity = dice.vector(0.1);
     const double before = stored(target, tip.rotation);
     const double after = stored(follow(soft, wanted, tip).rotation, tip.rotation);
-    ASSERT_LE(after, before + 1e-12) << k;
+    made += after - before;
+    ASSERT_LE(made, 1e-9) << k;
     wanted = dice.rotation(0.02) * wanted;
     target = follow(soft, wanted, tip).rotation;
     ASSERT_NEAR(target.norm(), 1.0, kRounding);

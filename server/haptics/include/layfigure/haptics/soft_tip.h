@@ -24,9 +24,10 @@
 ///
 /// Across n the fingertip stands where it was found, by the coupling's own spring: so what rests, rests. What would
 /// strain that by more than kGivingWay lets it go: R_0 is where it is now, n turns with it, and its tilt is braked no
-/// more (the target's angular velocity across n is its own). R_0 and n are taken anew so that the twist that strains
-/// the coupling does not become more: no energy comes from that, and what there was across n is lost. n is the
-/// contact's normal as it was found, fixed in the fingertip, and taken anew when it is off by more than kNormalOff.
+/// more (the target's angular velocity across n is its own). n is the contact's normal as it was found, fixed in the
+/// fingertip, and taken anew when it is off by more than kNormalOff. By R_0 and n anew the spring loses the strain
+/// across n, and its twist becomes another, a little more or less; never so much more that it has not lost as much
+/// before, of which kMostSpare is kept: no energy comes from that.
 ///
 /// Off what it touches the fingertip turns with the hand again, from where it is.
 namespace layfigure::haptics {
@@ -34,6 +35,8 @@ namespace layfigure::haptics {
 /// Strain across the normal that a fingertip holds [rad]: the pads of one that is pressed by a quarter of a millimetre
 /// bear the torque.
 inline constexpr double kGivingWay = 2e-4;
+/// Square of a strain that the coupling lost and may get back [rad^2]: so little that nobody feels it.
+inline constexpr double kMostSpare = 1e-4;
 /// Angle between the normals of a contact, as it was found and now, from which it is another [rad].
 inline constexpr double kNormalOff = 0.1;
 
@@ -71,7 +74,7 @@ class SoftTip {
   [[nodiscard]] Eigen::Vector3d of_hand(const Eigen::Vector3d& torque) const noexcept;
 
  private:
-  void settle(const Eigen::Quaterniond& wanted, const TipMotion& tip, double most_twist) noexcept;
+  void settle(const Eigen::Quaterniond& wanted, const TipMotion& tip, double strain_squared) noexcept;
   [[nodiscard]] Eigen::Quaterniond target(const Twist& twist) const noexcept;
 
   bool gives_way_{false};                                         ///< it presses on something
@@ -80,6 +83,7 @@ class SoftTip {
   Eigen::Vector3d normal_{Eigen::Vector3d::UnitZ()};              ///< n, world
   Eigen::Vector3d normal_in_tip_{Eigen::Vector3d::UnitZ()};
   Eigen::Vector3d gradient_{Eigen::Vector3d::UnitZ()};  ///< g
+  double spare_{0.0};                                   ///< of strains lost, squared
 };
 
 }  // namespace layfigure::haptics
