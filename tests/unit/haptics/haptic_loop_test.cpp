@@ -166,9 +166,11 @@ TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
 
 TEST(HapticLoop, FingertipsThatTiltInCircles_KeepWhatTheyHold) {
   constexpr double kHapticRate = 2000.0;
-  constexpr double kSqueeze = 0.01;  // [m]
-  constexpr double kTilt = 0.35;     // [rad]
-  constexpr int kCircles = 10;       // one a second
+  constexpr double kClearance = 2e-4;  // [m]
+  constexpr double kSqueeze = 0.01;    // [m]
+  constexpr double kClosing = 0.03;    // [s]
+  constexpr double kTilt = 0.35;       // [rad]
+  constexpr int kCircles = 10;         // one a second
   for (const double physics_hz : {100.0, 500.0}) {
     SCOPED_TRACE(physics_hz);
     const double h = 1.0 / physics_hz;
@@ -188,7 +190,7 @@ TEST(HapticLoop, FingertipsThatTiltInCircles_KeepWhatTheyHold) {
       const double side = k == 0 ? 1.0 : -1.0;
       hands.set_scale(k, 1.0);
       hands.set_base(k, {.position = Eigen::Vector3d(0, side * away, 1)});
-      fakes[k]->reading.position.y() = side * 1e-3;
+      fakes[k]->reading.position.y() = side * kClearance;
     }
     devices.serve(ticks, h / ticks, hands);
     double time = 0.0;
@@ -204,7 +206,13 @@ TEST(HapticLoop, FingertipsThatTiltInCircles_KeepWhatTheyHold) {
     step();
     for (const int k : {0, 1}) {
       hands.touch({.pointer = k, .stiffness = 1000.0});
-      fakes[k]->reading.position.y() = (k == 0 ? -1.0 : 1.0) * kSqueeze;
+    }
+    // Before the limb has fallen far.
+    const int closing = static_cast<int>(kClosing * physics_hz);
+    for (int i = 1; i <= closing; ++i) {
+      const double gap = kClearance - (kClearance + kSqueeze) * i / closing;
+      for (const int k : {0, 1}) fakes[k]->reading.position.y() = (k == 0 ? 1.0 : -1.0) * gap;
+      step();
     }
     pass(1.0);
     const dynamics::BodyState& limb = hands.state().bodies[0];
