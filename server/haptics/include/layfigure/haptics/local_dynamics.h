@@ -37,11 +37,17 @@
 ///     The largest r <= 1 with E - W(r) >= -L is taken, so that what physics makes of the interval is paid for; r < 1
 ///     is a push that the doll loses, seldom and little.
 ///  2. A shift does the work g . s. Where that is negative, it stretches the coupling's spring and has to be paid for
-///  by
-///     E: the shifts of a tick are shortened so that E does not fall below -L by them.
+///     by E: the shifts of a tick are shortened so that E does not fall below -L by them.
 ///  3. Physics may do otherwise than foreseen (contacts, yield) and leave E below -L. Then the ports yield to their
 ///     wrenches, s = c g, which relaxes the springs and adds c |g|^2 > 0, until E is -L again, at most at kRelaxSpeed.
 /// The two sums of an interval are booked together, when physics has answered; shifts are booked at once.
+///
+/// A doll that is stopped, or thrown back, within an interval does more work on the hands, tick by tick, than it does
+/// against the mean wrench: the force is large while it is fast. Scaling the mean cannot make up for that, and it need
+/// not: physics' implicit step loses half of |dv|_M^2 beside all work, dv the change of the ports' velocities and M
+/// their mass, and the doll has that less. Where E would be below zero, up to half of it is booked: never more than
+/// leads to zero, so it is no credit for later.
+///
 /// E starts at zero; rules 1 and 2 do not lower it below -L, and under rule 3 it rises while anything pushes; where
 /// nothing pushes no energy is exchanged. So sum g . dp >= sum G . dP - L - (what one interval was mistaken by):
 /// however long the hands play, what comes out of the doll beyond what they and physics put in is bounded by a
