@@ -23,8 +23,8 @@ inline constexpr double kFingertipShare = 0.02;
 [[nodiscard]] double fingertip_mass(double doll_mass);
 
 /// The pad's circle (scene::Pad) beside the fingertip's radius. A finger that presses with some newtons flattens to a
-/// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it. It is as deep as
-/// the fingertip: what presses on something does not roll there.
+/// disc three quarters as wide as itself; one of even pressure resists spin like a circle of 2/3 of it. It is as deep
+/// as the fingertip: what presses on something does not roll there.
 inline constexpr double kPadShare = 0.5;
 
 /// Of dry skin on smooth plastic or wood; 0.5 to 1.5 are measured at a few newtons.
