@@ -6,12 +6,14 @@
 
 #include "layfigure/app/arguments.h"
 #include "layfigure/app/commands.h"
+#include "layfigure/app/joint_results.h"
 #include "layfigure/app/results.h"
 #include "layfigure/doll/joint_change.h"
 
 namespace layfigure::app {
 namespace {
 
+constexpr std::int64_t kMostPlaces = std::int64_t{1} << 53;  // every whole number up to it is a double
 constexpr std::array<const char*, 3> kAxisNames{"twist", "bend_y", "bend_z"};
 
 std::array<bool, 3> axes_argument(const Arguments& arguments) {
@@ -35,6 +37,11 @@ session::MirrorSide side_argument(const Arguments& arguments) {
   if (side == "left") return session::MirrorSide::kLeft;
   if (side == "right") return session::MirrorSide::kRight;
   throw Refusal("argument 'side' is '" + side + "', expected both, left or right");
+}
+
+doll::JointChoice now(const doll::Doll& doll, int body) {
+  const dynamics::BodyDefinition& definition = doll.definition.bodies[body];
+  return {definition.joint, definition.limits};
 }
 
 std::string name_argument(const Arguments& arguments) {
@@ -76,6 +83,21 @@ std::vector<double> CommandProcessor::joints_named(const std::vector<int>& bones
   return joints;
 }
 
+void CommandProcessor::get_joints(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {"bone", "of"});
+  const std::string of = arguments.text("of").value_or("now");
+  if (of != "now" && of != "chosen") throw Refusal("argument 'of' is '" + of + "', expected now or chosen");
+  const doll::Doll& doll = simulation_.doll();
+  std::vector<int> bones;
+  if (const std::optional<std::string> bone = arguments.text("bone")) bones = doll::bones_named(doll.rig, *bone);
+  std::vector<doll::JointChoice> joints;
+  for (const int body : simulation_.joints_of(bones)) {
+    joints.push_back(of == "now" ? now(doll, body) : doll.chosen_joints[body]);
+  }
+  add_result(reply, "joints", joints_named(bones));
+  add_joints(reply, joints);
+}
+
 void CommandProcessor::undo(const command_t& command, reply_t& reply) {
   const Arguments arguments(command, {});
   tell(simulation_.undo(), reply);
@@ -86,6 +108,21 @@ void CommandProcessor::redo(const command_t& command, reply_t& reply) {
   const std::optional<std::int64_t> branch =
       arguments.integer("branch", 0, static_cast<std::int64_t>(session::History::kMaxSteps));
   tell(simulation_.redo(branch ? std::optional(static_cast<std::size_t>(*branch)) : std::nullopt), reply);
+}
+
+void CommandProcessor::history(const command_t& command, reply_t& reply) {
+  const Arguments arguments(command, {"action", "place"});
+  const std::string action = arguments.text("action").value_or("state");
+  const std::optional<std::int64_t> place = arguments.integer("place", 0, kMostPlaces);
+  if (action == "state") {
+    if (place) throw Refusal("argument 'place' does not go with state");
+    tell_place(simulation_.history().label(), reply);
+  } else if (action == "go") {
+    if (!place) throw Refusal("history needs the argument 'place' to go to");
+    tell(simulation_.go_to_place(*place), reply);
+  } else {
+    throw Refusal("argument 'action' is '" + action + "', expected state or go");
+  }
 }
 
 void CommandProcessor::mirror(const command_t& command, reply_t& reply) {
@@ -121,11 +158,18 @@ void CommandProcessor::snapshot(const command_t& command, reply_t& reply) {
 /// The doll is another one, for all who look on, and hands hold it no more.
 void CommandProcessor::tell(const PutBack& done, reply_t& reply) {
   publish_character();
-  add_text(reply, "label", done.label);
-  add_result(reply, "steps", {static_cast<double>(simulation_.history().undoable())});
-  add_result(reply, "branches", {static_cast<double>(simulation_.history().branches().size())});
+  tell_place(done.label, reply);
   if (done.released.empty()) return;
   add_result(reply, "released", {done.released.begin(), done.released.end()});
+}
+
+/// Where the doll is in its history.
+void CommandProcessor::tell_place(const std::string& label, reply_t& reply) const {
+  const session::History& history = simulation_.history();
+  add_text(reply, "label", label);
+  add_result(reply, "steps", {static_cast<double>(history.undoable())});
+  add_result(reply, "branches", {static_cast<double>(history.branches().size())});
+  add_result(reply, "place", {static_cast<double>(history.place())});
 }
 
 }  // namespace layfigure::app

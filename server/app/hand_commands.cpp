@@ -13,11 +13,12 @@
 namespace layfigure::app {
 namespace {
 
-constexpr double kMaxGain = 1e9;         // [N/m], [N s/m]
-constexpr double kMaxOffset = 1e3;       // [m] of a held point from its bone
-constexpr double kMaxDistance = 1e6;     // [m] in the world, as of a pointer
-constexpr double kMaxGravity = 1e4;      // [m/s^2]
-constexpr double kUnitTolerance = 1e-3;  // a quaternion further from unit length is no rounding error
+constexpr double kMaxGain = 1e9;                // [N/m], [N s/m]
+constexpr double kMinAngularStiffness = 1e-12;  // [N m/rad], so that what is held as 6-DOF is told from 3-DOF
+constexpr double kMaxOffset = 1e3;              // [m] of a held point from its bone
+constexpr double kMaxDistance = 1e6;            // [m] in the world, as of a pointer
+constexpr double kMaxGravity = 1e4;             // [m/s^2]
+constexpr double kUnitTolerance = 1e-3;         // a quaternion further from unit length is no rounding error
 constexpr std::int64_t kMaxPinId = std::numeric_limits<int>::max();
 
 int pointer_argument(const Arguments& arguments) {
@@ -39,6 +40,13 @@ std::optional<double> gain_argument(const Arguments& arguments, std::string_view
   return arguments.number(name, 0.0, kMaxGain);
 }
 
+/// Of a 6-DOF grip.
+std::optional<double> angular_stiffness_argument(const Arguments& arguments, bool holds_rotation) {
+  const std::optional<double> given = arguments.number("angular_stiffness", kMinAngularStiffness, kMaxGain);
+  if (given && !holds_rotation) throw Refusal("argument 'angular_stiffness' needs mode 6dof");
+  return given;
+}
+
 std::optional<PointerPose> pose_argument(const Arguments& arguments, std::string_view name) {
   const std::span<const double> given = arguments.numbers(name, 7, kMaxDistance);
   if (given.empty()) return std::nullopt;
@@ -51,6 +59,12 @@ std::optional<PointerPose> pose_argument(const Arguments& arguments, std::string
 }
 
 std::vector<double> to_vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::vector<double> to_vector(const PointerPose& pose) {
+  const Eigen::Vector3d& p = pose.position;
+  const Eigen::Quaterniond& q = pose.rotation;
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
 
 /// "set stiffness, damping of *Arm"
 std::string set_label(const command_t& command) {
@@ -77,13 +91,14 @@ void refuse_if_given(const Arguments& arguments, std::initializer_list<std::stri
 }  // namespace
 
 void CommandProcessor::grab(const command_t& command, reply_t& reply) {
-  const Arguments arguments(
-      command, {"pointer", "bone", "point", "stiffness", "damping", "mode", "reach", "origin", "direction"});
+  const Arguments arguments(command, {"pointer", "bone", "point", "stiffness", "damping", "mode", "angular_stiffness",
+                                      "reach", "origin", "direction"});
   GrabRequest request;
   request.pointer = pointer_argument(arguments);
   request.stiffness = gain_argument(arguments, "stiffness");
   request.damping = gain_argument(arguments, "damping");
   request.holds_rotation = holds_rotation(arguments);
+  request.angular_stiffness = angular_stiffness_argument(arguments, request.holds_rotation);
   std::optional<double> distance;
   if (const std::optional<std::string> bone = arguments.text("bone")) {
     refuse_if_given(arguments, {"reach", "origin", "direction"}, "is for a grab without 'bone'");
@@ -96,11 +111,13 @@ void CommandProcessor::grab(const command_t& command, reply_t& reply) {
     distance = there.distance;
   }
   const Eigen::Vector3d held = simulation_.grab(request);
-  const dynamics::Coupling& coupling = simulation_.pointers().at(request.pointer).grip()->coupling;
+  const Pointer& pointer = simulation_.pointers().at(request.pointer);
+  const dynamics::Coupling& coupling = pointer.grip()->coupling;
   const Eigen::Isometry3d& X_BA = simulation_.doll().carriers[request.bone].pose;
   add_result(reply, "joint", {static_cast<double>(request.bone)});
   add_result(reply, "position", to_vector(held));
   add_result(reply, "point", to_vector(X_BA.inverse() * coupling.point));
+  add_result(reply, "pointer", to_vector(pointer.pose()));
   add_result(reply, "stiffness", {coupling.stiffness});
   add_result(reply, "damping", {coupling.damping});
   if (distance) add_result(reply, "distance", {*distance});
@@ -145,7 +162,11 @@ void CommandProcessor::release(const command_t& command, reply_t&) {
 }
 
 void CommandProcessor::pin(const command_t& command, reply_t& reply) {
-  const Arguments arguments(command, {"bone", "point", "mode", "hold"});
+  const Arguments arguments(command, {"bone", "point", "mode", "hold", "action"});
+  if (choice_argument(arguments, "action", "add", "list")) {
+    refuse_if_given(arguments, {"bone", "point", "mode", "hold"}, "does not go with list");
+    return list_pins(reply);
+  }
   const std::optional<std::string> bone = arguments.text("bone");
   if (!bone) throw Refusal("pin needs the argument 'bone'");
   PinRequest request;
@@ -159,6 +180,20 @@ void CommandProcessor::pin(const command_t& command, reply_t& reply) {
   add_result(reply, "position", to_vector(pin.position));
 }
 
+void CommandProcessor::list_pins(reply_t& reply) const {
+  std::vector<double> ids;
+  std::vector<double> joints;
+  std::vector<double> positions;
+  for (const haptics::Pin& pin : simulation_.hands().pins().all()) {
+    ids.push_back(static_cast<double>(pin.id));
+    joints.push_back(static_cast<double>(pin.bone));
+    positions.insert(positions.end(), pin.position.begin(), pin.position.end());
+  }
+  add_result(reply, "pin", std::move(ids));
+  add_result(reply, "joint", std::move(joints));
+  add_result(reply, "position", std::move(positions));
+}
+
 void CommandProcessor::unpin(const command_t& command, reply_t&) {
   const Arguments arguments(command, {"pin"});
   if (const std::optional<std::int64_t> id = arguments.integer("pin", 1, kMaxPinId)) {
@@ -169,8 +204,9 @@ void CommandProcessor::unpin(const command_t& command, reply_t&) {
 }
 
 void CommandProcessor::set(const command_t& command, reply_t& reply) {
-  std::vector<std::string_view> names{"pointer", "scale",    "power_scale", "clutch", "base",
-                                      "magnet",  "softness", "bone",        "gravity"};
+  std::vector<std::string_view> names{"pointer",  "scale",  "power_scale", "clutch",
+                                      "base",     "magnet", "mode",        "angular_stiffness",
+                                      "softness", "bone",   "gravity"};
   names.insert(names.end(), joint_argument_names().begin(), joint_argument_names().end());
   const Arguments arguments(command, names);
   HandSettings settings;
@@ -179,13 +215,16 @@ void CommandProcessor::set(const command_t& command, reply_t& reply) {
   settings.clutch = arguments.flag("clutch");
   settings.base = pose_argument(arguments, "base");
   settings.magnet = arguments.flag("magnet");
+  if (arguments.has("mode")) settings.holds_rotation = holds_rotation(arguments);
+  settings.angular_stiffness = angular_stiffness_argument(arguments, settings.holds_rotation.value_or(false));
   settings.softness = arguments.number("softness", 0.0, haptics::kMaxSoftness);
   settings.gravity = arguments.vector("gravity", kMaxGravity);
   settings.joint = joint_arguments(arguments);
-  const bool of_pointer = settings.scale || settings.power_scale || settings.clutch || settings.base || settings.magnet;
+  const bool of_pointer = settings.scale || settings.power_scale || settings.clutch || settings.base ||
+                          settings.magnet || settings.holds_rotation;
   if (!of_pointer && !settings.of_doll()) {
     throw Refusal(
-        "set needs something to set: scale, power_scale, clutch, base, magnet, softness, gravity, or of joints "
+        "set needs something to set: scale, power_scale, clutch, base, magnet, mode, softness, gravity, or of joints "
         "stiffness, damping, flow_damping, yield_torque, hardening or limits");
   }
   if (!of_pointer) refuse_if_given(arguments, {"pointer"}, "does not go with what is the doll's");

@@ -36,7 +36,7 @@ void run(const app::Options& options) {
     return;
   }
   const std::size_t remarks = doll.warnings.size();
-  const app::StopSignals signals;
+  const app::StopSignals signals(options.ends_with_input);
   app::Server server(std::move(doll), options.server);
   const std::jthread watch = signals.watch([&] { server.stop(); });
   if (remarks > 0) spdlog::warn("remarks on the character: {}; --inspect lists them", remarks);

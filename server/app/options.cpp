@@ -148,6 +148,8 @@ void add_bus_options(CLI::App& app, Options& options) {
   app.add_option("--channel-prefix", server.channel_prefix, "put before every channel's name, to share a bus")
       ->check(channel_prefix())
       ->type_name("P");
+  app.add_flag("--end-with-input", options.ends_with_input,
+               "leave when standard input ends: with the program that started the server, however that ends");
   app.add_option("--duration", server.duration, "leave after S seconds of wall-clock time")
       ->check(number_in(1e-3, kMaxDuration))
       ->type_name("S");

@@ -7,6 +7,7 @@
 #include "layfigure/app/arguments.h"
 #include "layfigure/app/commands.h"
 #include "layfigure/app/results.h"
+#include "layfigure/session/posed.h"
 
 namespace layfigure::app {
 namespace {
@@ -64,28 +65,46 @@ bool can_turn(const doll::Doll& doll, int bone) {
   return !std::ranges::all_of(doll.definition.bodies[body].joint.shape.locked, [](bool axis) { return axis; });
 }
 
+std::vector<session::PosedJoint> targets_argument(const Arguments& arguments, const doll::Doll& doll) {
+  std::vector<session::PosedJoint> targets;
+  for (const BoneRotation& wanted : rotations_argument(arguments, doll.rig.bones.size())) {
+    if (!can_turn(doll, wanted.bone)) continue;
+    targets.emplace_back(doll.body_of_bone[wanted.bone], body_rotation(doll, wanted));
+  }
+  if (targets.empty()) throw Refusal("none of these joints can turn");
+  return targets;
+}
+
+haptics::PoseRequest pose_request(const Arguments& arguments, const doll::Doll& doll) {
+  haptics::PoseRequest request;
+  request.duration = arguments.number("duration", kMinDuration, kMaxDuration).value_or(request.duration);
+  request.max_torque = arguments.number("max_torque", kMinTorque, kMaxTorque);
+  request.hold = arguments.flag("hold").value_or(false);
+  request.targets = targets_argument(arguments, doll);
+  return request;
+}
+
 }  // namespace
+
+void CommandProcessor::put_pose(const Arguments& arguments, reply_t& reply) {
+  for (const char* name : {"duration", "max_torque", "hold"}) {
+    if (arguments.has(name)) throw Refusal("argument '" + std::string(name) + "' does not go with put");
+  }
+  tell(simulation_.put_pose(targets_argument(arguments, simulation_.doll()), "load_pose"), reply);
+}
 
 void CommandProcessor::load_pose(const command_t& command, reply_t& reply) {
   const Arguments arguments(command, {"rotations", "joints", "duration", "max_torque", "hold", "action"});
   const std::string action = arguments.text("action").value_or("load");
-  if (action != "load" && action != "cancel" && action != "state") {
-    throw Refusal("argument 'action' is '" + action + "', expected load, cancel or state");
-  }
-  if (action != "load" && command.argument_count > 1) throw Refusal(action + " goes with no other argument");
-  if (action == "cancel") simulation_.cancel_pose();
   if (action == "load") {
-    const doll::Doll& doll = simulation_.doll();
-    haptics::PoseRequest request;
-    request.duration = arguments.number("duration", kMinDuration, kMaxDuration).value_or(request.duration);
-    request.max_torque = arguments.number("max_torque", kMinTorque, kMaxTorque);
-    request.hold = arguments.flag("hold").value_or(false);
-    for (const BoneRotation& wanted : rotations_argument(arguments, doll.rig.bones.size())) {
-      if (!can_turn(doll, wanted.bone)) continue;
-      request.targets.emplace_back(doll.body_of_bone[wanted.bone], body_rotation(doll, wanted));
-    }
-    if (request.targets.empty()) throw Refusal("none of these joints can turn");
-    simulation_.load_pose(request);
+    simulation_.load_pose(pose_request(arguments, simulation_.doll()));
+  } else if (action == "put") {
+    put_pose(arguments, reply);
+  } else if (action == "cancel" || action == "state") {
+    if (command.argument_count > 1) throw Refusal(action + " goes with no other argument");
+    if (action == "cancel") simulation_.cancel_pose();
+  } else {
+    throw Refusal("argument 'action' is '" + action + "', expected load, put, cancel or state");
   }
   const haptics::PoseDrives& drives = simulation_.hands().pose_drives();
   add_result(reply, "driven", {static_cast<double>(drives.count())});

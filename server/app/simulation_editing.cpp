@@ -89,6 +89,7 @@ std::vector<int> Simulation::joints_of(const std::vector<int>& bones) const {
 void Simulation::set(const HandSettings& settings, const std::string& label) {
   if (settings.base) hands_.require_no_tool(settings.pointer);
   if (settings.magnet) hands_.require_fingertip(settings.pointer);
+  if (settings.holds_rotation) hands_.require_grab(settings.pointer);
   const std::vector<int> bodies = joints_of(settings.bones);
   haptics::DollMemory before;
   if (settings.of_doll()) before = hands_.memory();
@@ -106,6 +107,9 @@ void Simulation::set(const HandSettings& settings, const std::string& label) {
   if (settings.power_scale) hands_.set_power_scale(settings.pointer, *settings.power_scale);
   if (settings.clutch) hands_.set_clutch(settings.pointer, *settings.clutch);
   if (settings.magnet) hands_.set_magnet(settings.pointer, *settings.magnet);
+  if (settings.holds_rotation) {
+    hands_.set_holds_rotation(settings.pointer, *settings.holds_rotation, settings.angular_stiffness);
+  }
   if (settings.softness && settings.bones.empty()) hands_.set_softness(*settings.softness);
   if (settings.softness && !settings.bones.empty()) {
     for (const int body : bodies) hands_.set_softness(*settings.softness, doll().bone_of_body[body]);
@@ -176,9 +180,27 @@ PutBack Simulation::redo(std::optional<std::size_t> branch) {
   return {.label = std::move(move.label), .released = std::move(released)};
 }
 
+PutBack Simulation::go_to_place(std::int64_t place) {
+  if (!history_.has(place)) {
+    throw std::invalid_argument("the history has no place " + std::to_string(place) +
+                                ": there never was one, or it is forgotten");
+  }
+  if (place == history_.place()) return {.label = history_.label(), .released = {}};
+  std::vector<int> released = hands_.busy_pointers();
+  session::History::Move move = *history_.go(place, hands_.memory());
+  recall(move.memory);
+  return {.label = std::move(move.label), .released = std::move(released)};
+}
+
 PutBack Simulation::mirror(session::MirrorSide side, const std::string& label) {
   const haptics::DollMemory image = session::mirrored(doll(), hands_.memory(), side);
   PutBack done = put_back(image, label);
+  hands_.settle_pins();
+  return done;
+}
+
+PutBack Simulation::put_pose(std::span<const session::PosedJoint> joints, const std::string& label) {
+  PutBack done = put_back(session::posed(doll(), hands_.memory(), joints), label);
   hands_.settle_pins();
   return done;
 }

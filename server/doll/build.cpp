@@ -229,6 +229,12 @@ void add_limits(const std::vector<BoneName>& names, const std::vector<MassProper
   }
 }
 
+std::vector<JointChoice> joint_choices(const dynamics::ModelDefinition& definition) {
+  std::vector<JointChoice> choices;
+  for (const dynamics::BodyDefinition& body : definition.bodies) choices.push_back({body.joint, body.limits});
+  return choices;
+}
+
 }  // namespace
 
 Doll build_doll(character::Rig rig, const DollSettings& settings) {
@@ -260,6 +266,7 @@ Doll build_doll(character::Rig rig, const DollSettings& settings) {
   }
   add_limits(names, solids, doll);
   calibrate(doll, settings);
+  doll.chosen_joints = joint_choices(doll.definition);
   apply_overrides(overrides, doll);
   report_raised(doll);
   add_shapes(surface, parts, tree, doll);

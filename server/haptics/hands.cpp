@@ -83,13 +83,25 @@ dynamics::Coupling Hands::make_coupling(const GrabRequest& request) const {
   coupling.body = doll_.carriers[request.bone].body;
   coupling.stiffness = request.stiffness.value_or(default_stiffness());
   coupling.damping = request.damping.value_or(2.0 * std::sqrt(coupling.stiffness * total_mass_));
-  if (request.holds_rotation) {
-    const dynamics::BodyDefinition& body = model().body(coupling.body);
-    const double gyration_squared = body.inertia.trace() / (2.0 * body.mass);
-    coupling.angular_stiffness = gyration_squared * coupling.stiffness;
-    coupling.angular_damping = gyration_squared * coupling.damping;
-  }
+  if (request.holds_rotation) hold_rotation(coupling, request.angular_stiffness);
   return coupling;
+}
+
+void Hands::hold_rotation(dynamics::Coupling& coupling, const std::optional<double>& angular_stiffness) const {
+  const dynamics::BodyDefinition& body = model().body(coupling.body);
+  const double gyration_squared = body.inertia.trace() / (2.0 * body.mass);
+  const double ratio = coupling.stiffness > 0.0 ? coupling.damping / coupling.stiffness : 0.0;
+  coupling.angular_stiffness = angular_stiffness.value_or(gyration_squared * coupling.stiffness);
+  coupling.angular_damping = angular_stiffness ? *angular_stiffness * ratio : gyration_squared * coupling.damping;
+}
+
+void Hands::set_holds_rotation(int id, bool holds, const std::optional<double>& angular_stiffness) {
+  require_grab(id);
+  Pointer& pointer = pointers_.at(id);
+  dynamics::Coupling coupling = pointer.grip()->coupling;
+  coupling.angular_stiffness = coupling.angular_damping = 0.0;
+  if (holds) hold_rotation(coupling, angular_stiffness);
+  pointer.change_rotation_grip(coupling, held_pose(*pointer.grip()).rotation);
 }
 
 void Hands::pose_skin() {
@@ -192,6 +204,13 @@ void Hands::require_no_tool(int id) const {
   }
   throw std::invalid_argument(named(id) + " holds '" + doll_.rig.bones[found->second.grip()->bone].name +
                               "' already; release it first");
+}
+
+void Hands::require_grab(int id) const {
+  const auto found = pointers_.find(id);
+  if (found == pointers_.end() || found->second.tool() != Tool::kGrab) {
+    throw std::invalid_argument(named(id) + " holds no bone; grab first");
+  }
 }
 
 void Hands::require_fingertip(int id) const {

@@ -48,6 +48,13 @@ void Pointer::attach(Grip grip, const PointerPose& held) {
   glide_.stop();
 }
 
+void Pointer::change_rotation_grip(const dynamics::Coupling& gains, const Eigen::Quaterniond& held) {
+  assert(grip_ && !fingertip_);
+  grip_->coupling.angular_stiffness = gains.angular_stiffness;
+  grip_->coupling.angular_damping = gains.angular_damping;
+  grip_->rotation_offset = pose_.rotation.conjugate() * held;
+}
+
 void Pointer::touch(const FingertipDefinition& fingertip, const dynamics::Coupling& coupling) {
   fingertip_ = Fingertip{.definition = fingertip};
   tip_ = {};

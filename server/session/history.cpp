@@ -32,6 +32,15 @@ std::optional<History::Move> History::redo(std::optional<std::size_t> branch) {
   return Move{at(current_).label, at(current_).memory};
 }
 
+std::optional<History::Move> History::go(std::int64_t place, haptics::DollMemory now) {
+  if (!has(place)) return std::nullopt;
+  nodes_.at(current_).memory = std::move(now);
+  // A redo on the way back shall lead here again; nearer to the root than the ways part, it does so already.
+  for (std::int64_t id = current_; id != root_; id = at(id).parent) nodes_.at(at(id).parent).undone = id;
+  current_ = place;
+  return Move{at(place).label, at(place).memory};
+}
+
 std::size_t History::undoable() const {
   std::size_t steps = 0;
   for (std::int64_t id = current_; id != root_; id = at(id).parent) ++steps;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import select
 import subprocess
 import sys
 from pathlib import Path
@@ -71,6 +72,48 @@ def test_command_reaches_the_server_with_its_arguments(doll: Doll, server: Scrip
 def test_pointers_are_refused_other_than_a_place_or_a_pose(doll: Doll, where: Any) -> None:
     with pytest.raises(layfigure.UsageError, match="pointer 3 is sent to"):
         doll.move_pointer(3, where)
+
+
+def answer(doll: Doll, pending: layfigure.PendingReply) -> layfigure.Reply:
+    """As a program's own loop gets it."""
+    while pending.reply is None:
+        pending.send_if_due()
+        select.select([doll], [], [], pending.due_in_s)
+        doll.pose()
+    return pending.reply
+
+
+def test_command_that_does_not_wait_is_answered_in_the_callers_loop(doll: Doll, server: ScriptedServer) -> None:
+    pending = doll.begin("grab", bone="hand.L")
+    assert pending.reply is None
+    assert pending.due_in_s == 0.0
+    assert server.command_names() == ["get_character"], "nothing is sent before the loop sends it"
+    assert answer(doll, pending).accepted
+    assert server.commands[-1].arguments[0].text == "hand.L"
+
+
+def test_command_that_does_not_wait_is_sent_again_and_carried_out_once(doll: Doll, server: ScriptedServer) -> None:
+    server.unanswered = 1
+    answer(doll, doll.begin("key"))
+    assert server.command_names()[-2:] == ["key", "key"]
+    assert server.commands[-1].sequence == server.commands[-2].sequence
+
+
+def test_command_that_does_not_wait_has_a_refusal_as_its_reply(doll: Doll, server: ScriptedServer) -> None:
+    server.refusals["grab"] = "no bone is called 'tail'"
+    reply = answer(doll, doll.begin("grab", bone="tail"))
+    assert not reply.accepted
+    assert reply.reason == "no bone is called 'tail'"
+    with pytest.raises(layfigure.UsageError, match="'bone' of 'grab'"):
+        doll.begin("grab", bone=object())
+
+
+def test_command_that_does_not_wait_gives_up_in_time(doll: Doll, server: ScriptedServer) -> None:
+    server.unanswered = 100
+    with pytest.raises(layfigure.NoReplyError, match=r"no server answered 'key' on 'memq://' within 0\.2 s"):
+        answer(doll, doll.begin("key", timeout_s=0.2))
+    server.unanswered = 0
+    assert answer(doll, doll.begin("key")).accepted
 
 
 def test_joint_of_an_unknown_name_is_refused(doll: Doll) -> None:

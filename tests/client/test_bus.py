@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import threading
 import time
 
 import pytest
@@ -59,3 +60,20 @@ def test_connect_url_that_leaves_the_machine_is_warned_of(
     with contextlib.suppress(BusError), Bus(url):
         pass
     assert ("messages leave this machine" in caplog.text) == warned
+
+
+def test_buses_of_several_threads_give_stderr_back(capfd: pytest.CaptureFixture[str]) -> None:
+    """Each leads it away while it is in lcm's code: the last one out must find what the first one put aside."""
+
+    def publish() -> None:
+        with Bus("memq://") as bus:
+            for _ in range(200):
+                bus.publish("CHANNEL", b"bytes")
+
+    threads = [threading.Thread(target=publish) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    os.write(2, b"heard")
+    assert capfd.readouterr().err == "heard"

@@ -26,7 +26,7 @@ REDUCED = TakeForm(keys="reduced", tolerance_m=TOLERANCE_M)
 
 
 def distance_of(take: Take) -> SkinDistance:
-    return SkinDistance(take.character, Skin(take.character, take.meshes), resample(take, FPS))
+    return SkinDistance.of_frames(take.character, Skin(take.character, take.meshes), resample(take, FPS))
 
 
 def keys_of(take: Take, tolerance_m: float = TOLERANCE_M) -> list[int]:
@@ -139,7 +139,7 @@ def test_reduced_keys_search_that_gave_up_earlier_is_no_better(monkeypatch: pyte
 def test_path_lengths_bound_how_far_the_skin_moves() -> None:
     take = moving_take(wandering(60, 8, size=0.5), np.cumsum(wandering(60, 9, 1e-2)[:, :3], axis=0))
     skin, frames = Skin(take.character, take.meshes), resample(take, FPS)
-    lengths = SkinDistance(take.character, skin, frames).path_lengths()
+    lengths = SkinDistance.of_frames(take.character, skin, frames).path_lengths()
     posed = skeleton.world_poses(take.character, frames.root_translations, frames.rotations)
     skinned = skin.skin(skin.motions(*posed))
     moved = np.linalg.norm(skinned[:, None] - skinned[None], axis=-1).max(axis=-1)

@@ -33,6 +33,9 @@ def test_each_editing_command_prints_its_reply(start_server: StartServer, client
     assert "label lock hand.L" not in run(client, server, "lock", HAND, "--axes", "twist", "bend_y")
     assert "label lock hand.L" in run(client, server, "undo")
     assert "label lock hand.L" in run(client, server, "redo", "--branch", "0")
+    assert "place 1" in run(client, server, "history", "--go", "1")
+    assert run(client, server, "history").rstrip().endswith("place 1")
+    run(client, server, "redo")
     run(client, server, "unlock")
     run(client, server, "snapshot", "as made")
     assert "name as made" in run(client, server, "snapshot", "--list")
@@ -54,6 +57,7 @@ def test_each_editing_command_prints_its_reply(start_server: StartServer, client
         (("set", "--bone", HAND, "limits.twist=-30000,30"), "limits.twist"),
         (("undo",), "there is nothing to undo"),
         (("redo",), "there is nothing to do again"),
+        (("history", "--go", "9"), "the history has no place 9"),
         (("snapshot", "nothing", "--restore"), "there is no snapshot 'nothing'"),
     ],
 )
@@ -75,6 +79,8 @@ def test_what_the_server_refuses_is_told_in_one_line(
         ("snapshot", "a", "--list"),
         ("snapshot", "a", "--restore", "--remove"),
         ("redo", "--branch", "-1"),
+        ("history", "--go", "-1"),
+        ("history", "--go", "start"),
         ("mirror", "--side", "up"),
         ("load-pose",),
         ("load-pose", "a.json", "--cancel"),

@@ -12,10 +12,10 @@
 namespace layfigure::fuzz {
 namespace {
 
-constexpr std::array kCommands{"grab", "grab",   "touch", "touch",         "release",  "pin",     "unpin",
-                               "set",  "set",    "set",   "key",           "reset",    "step",    "step",
-                               "step", "step",   "step",  "get_character", "get_mesh", "no_such", "",
-                               "lock", "unlock", "undo",  "redo",          "snapshot", "mirror",  "load_pose"};
+constexpr std::array kCommands{
+    "grab", "grab",  "touch",  "touch", "release", "pin",      "unpin",  "set",           "set",        "set",
+    "key",  "reset", "step",   "step",  "step",    "step",     "step",   "get_character", "get_mesh",   "no_such",
+    "",     "lock",  "unlock", "undo",  "redo",    "snapshot", "mirror", "load_pose",     "get_joints", "history"};
 constexpr std::array kArguments{"pointer",
                                 "bone",
                                 "point",
@@ -55,11 +55,13 @@ constexpr std::array kArguments{"pointer",
                                 "hardening",
                                 "limits.twist",
                                 "limits.swing_y",
-                                "max_torque"};
+                                "max_torque",
+                                "place",
+                                "angular_stiffness"};
 /// Arguments that are words, not numbers.
 constexpr std::array<std::string_view, 7> kWords{"bone", "mode", "hold", "axes", "side", "name", "action"};
-constexpr std::array kTexts{"hips", "spine", "arm",      "tip",  "3dof",    "6dof", "stiff", "rigid", "",      "tail",
-                            "*",    "*p*",   "\xff\xfe", "a\nb", "restore", "list", "left",  "twist", "cancel"};
+constexpr std::array kTexts{"hips", "spine",    "arm",  "tip",     "3dof", "6dof", "stiff", "rigid",  "",   "tail", "*",
+                            "*p*",  "\xff\xfe", "a\nb", "restore", "list", "left", "twist", "cancel", "go", "put"};
 constexpr std::array kNumbers{0.0, 1.0,   2.0,    3.0,   0.008, 0.5, -1.0, 1e-300, 1e6,
                               1e9, 1e300, -1e300, 1e-12, 17.0,  0.1, 1e19, 65536.0};
 constexpr std::size_t kLongestNoise = 600;

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from server_support.process import run_server
+from server_support.process import TIMEOUT_S, run_server
 
 DONE, FAILED, USAGE = 0, 1, 2
 
@@ -221,3 +221,30 @@ def test_duration_over_leaves_with_success(binary: Path, character: Path) -> Non
     done = run_server(binary, character, "--broker", 0, "--duration", 0.2)
     assert done.returncode == DONE
     assert done.stdout.startswith("listening on tcpq://127.0.0.1:")
+
+
+def test_server_that_ends_with_its_input_leaves_when_that_is_closed(binary: Path, character: Path) -> None:
+    command = [binary, character, "--broker", "0", "--end-with-input"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as server:
+        assert server.stdin is not None
+        assert server.stdout is not None
+        assert server.stdout.readline().startswith(b"listening on ")
+        server.stdin.write(b"what stands there is left out\n")
+        server.stdin.flush()
+        with pytest.raises(subprocess.TimeoutExpired):
+            server.wait(0.5)
+        server.stdin.close()
+        assert server.wait(TIMEOUT_S) == DONE
+
+
+def test_server_whose_input_ended_while_it_loads_leaves(binary: Path, character: Path) -> None:
+    command = [binary, character, "--broker", "0", "--end-with-input"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIMEOUT_S, check=False)
+    assert done.returncode == DONE
+
+
+def test_server_does_not_mind_its_input_unless_told(binary: Path, character: Path) -> None:
+    command = [binary, character, "--broker", "0", "--duration", "0.5"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIMEOUT_S, check=False)
+    assert done.returncode == DONE
+    assert b"listening on " in done.stdout

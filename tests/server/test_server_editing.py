@@ -51,6 +51,27 @@ def test_undo_and_redo_of_a_gesture(start_server: StartServer, connect: Connect)
     assert client.command("redo").reason == "there is nothing to do again"
 
 
+def test_history_goes_to_places_on_other_branches(start_server: StartServer, connect: Connect) -> None:
+    client = connect(start_server("--clock", "lockstep"))
+    client.accepted("step", count=2000)
+    before = pose(client)
+    (start,) = client.accepted("history")["place"]
+    lift(client)
+    lifted = pose(client)
+    (up,) = client.accepted("history", action="state")["place"]
+    assert difference(before, lifted) > 0.05
+    (back,) = client.accepted("undo")["place"]
+    assert back == start
+    client.accepted("mirror")
+    client.accepted("history", action="go", place=up)
+    assert difference(lifted, pose(client)) < 1e-3
+    client.accepted("history", action="go", place=start)
+    assert difference(before, pose(client)) < 1e-3
+    refused = client.command("history", action="go", place=up + 100)
+    assert not refused.accepted
+    assert str(int(up) + 100) in refused.reason
+
+
 def test_snapshot_survives_the_server(
     start_server: StartServer, connect: Connect, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -34,6 +34,7 @@ def work(client: Client, step: bool) -> None:
     client.accepted("snapshot", name="up")
     client.accepted("release")
     go_on(300)
+    (released,) = client.accepted("history")["place"]
     client.accepted("mirror", side="left")
     client.accepted("lock", bone=HAND)
     go_on(100)
@@ -41,6 +42,10 @@ def work(client: Client, step: bool) -> None:
     client.accepted("undo")
     client.accepted("redo")
     go_on(100)
+    client.accepted("history", action="go", place=0)
+    go_on(50)
+    client.accepted("history", action="go", place=released)
+    go_on(50)
     assert not client.command("grab", bone="nobody").accepted
     client.accepted("snapshot", name="up", action="restore")
     client.accepted("set", gravity=(0.0, 1.0, -9.0))

@@ -63,6 +63,7 @@ doll::Doll small_doll() {
   doll.rig = small_rig();
   doll.rig.meshes.push_back(small_mesh());
   for (int i = 0; i < kBodies; ++i) doll.definition.bodies.push_back(small_body(i));
+  for (const auto& body : doll.definition.bodies) doll.chosen_joints.push_back({body.joint, body.limits});
   doll.definition.root = dynamics::RootKind::kFree;
   doll.root_pin = {.stiffness = 1e4, .damping = 100.0, .angular_stiffness = 100.0, .angular_damping = 2.0};
   doll.body_of_bone = {0, 1, 2, -1};

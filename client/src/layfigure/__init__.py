@@ -11,6 +11,7 @@ What is named here is what programs may rely on; `layfigure.doll` tells units, f
 the repository holds whole programs.
 """
 
+from layfigure.connection import PendingReply
 from layfigure.doll import Doll, connect, world_poses
 from layfigure.errors import (
     BusError,
@@ -43,6 +44,7 @@ __all__ = [
     "LayfigureError",
     "Mesh",
     "NoReplyError",
+    "PendingReply",
     "PointerTrack",
     "Pose",
     "PoseStream",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import secrets
 import time
@@ -48,7 +47,7 @@ class Connection:
         self.client_id = f"layfigure-{os.getpid()}-{secrets.token_hex(4)}"
         self._command_sequence = 0
         self._pointer_sequence = 0
-        self._reply: Reply | None = None
+        self._pending: PendingReply | None = None  # the newest
         self._character: Character | None = None
         self._assembly: MeshAssembly | None = None
         self.watch = ServerWatch(bus.server_id)
@@ -70,24 +69,20 @@ class Connection:
 
     def ask(self, name: str, *arguments: Argument, timeout_s: float = REPLY_TIMEOUT_S) -> Reply:
         """As command(), but a refusal is a reply as well."""
-        self._command_sequence += 1
-        self._reply = None
-        time_us = _wall_clock_us()
-        deadline = time.monotonic() + timeout_s
-        while self._reply is None:
-            remaining = deadline - time.monotonic()
-            if remaining <= 0:
-                raise self._unheard(f"answered '{name}'", timeout_s)
-            if self.watch.unconfirmed_s > 0.0:
-                self.bus.wait_until(lambda: False, min(self.watch.unconfirmed_s, remaining))
-            server_id = self.watch.current or 0
-            command = Command(time_us, server_id, self.client_id, self._command_sequence, name, arguments)
-            self.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
-            self.bus.wait_until(functools.partial(self._answered_or_gone, server_id), min(RESEND_AFTER_S, remaining))
-        return self._reply
+        pending = self.begin(name, *arguments, timeout_s=timeout_s)
+        while pending.reply is None:
+            pending.send_if_due()
+            self.bus.wait_until(lambda: pending.reply is not None or pending.due_in_s <= 0.0, pending.due_in_s)
+        return pending.reply
 
-    def _answered_or_gone(self, server_id: int) -> bool:
-        return self._reply is not None or (server_id != 0 and self.watch.current != server_id)
+    def begin(self, name: str, *arguments: Argument, timeout_s: float = REPLY_TIMEOUT_S) -> PendingReply:
+        """A command that does not wait: the caller handles messages, and calls send_if_due(), until it has its reply.
+
+        A connection has one command at a time: the next one may begin when this one is answered or given up.
+        """
+        self._command_sequence += 1
+        self._pending = PendingReply(self, self._command_sequence, name, arguments, timeout_s)
+        return self._pending
 
     def send_pointer(self, pointer: int, position: Floats, rotation: Floats = IDENTITY) -> int:
         """Says where a pointer is to be [m, world] and how it is turned; returns the message's sequence number."""
@@ -140,7 +135,7 @@ class Connection:
         """The next heartbeat."""
         self.status = None
         if not self.bus.wait_until(lambda: self.status is not None, timeout_s):
-            raise self._unheard("is heard", timeout_s)
+            raise self.unheard("is heard", timeout_s)
         assert self.status is not None
         return self.status
 
@@ -149,7 +144,8 @@ class Connection:
         if self.bus.server_id is None:
             self.bus.wait_until(lambda: False, CONFIRMED_AFTER_S)
 
-    def _unheard(self, what: str, timeout_s: float) -> NoReplyError:
+    def unheard(self, what: str, timeout_s: float) -> NoReplyError:
+        """The error of a server that has kept silent."""
         who, mend = "no server", "is layfigure-server running there?"
         if self.bus.server_id is not None:
             who = f"no server of the id {self.bus.server_id}"
@@ -160,10 +156,11 @@ class Connection:
 
     def _on_reply(self, data: bytes) -> None:
         reply = codec.decode_reply(data)
-        if reply.client_id != self.client_id or reply.sequence != self._command_sequence:
+        pending = self._pending
+        if reply.client_id != self.client_id or pending is None or reply.sequence != pending.sequence:
             return
         self.watch.hear(reply.server_id)
-        self._reply = reply
+        pending.reply = reply
 
     def _on_character(self, data: bytes) -> None:
         character = codec.decode_character(data)
@@ -178,6 +175,54 @@ class Connection:
     def _on_mesh_chunk(self, data: bytes) -> None:
         if self._assembly is not None:
             self._assembly.add(codec.decode_mesh_chunk(data))
+
+
+class PendingReply:
+    """A command on its way: sent until it is answered, to the server that is there, and carried out once.
+
+    Made by Connection.begin(), for its thread.
+    """
+
+    def __init__(
+        self, connection: Connection, sequence: int, name: str, arguments: tuple[Argument, ...], timeout_s: float
+    ) -> None:
+        self.sequence = sequence
+        self.reply: Reply | None = None
+        self._connection = connection
+        self._name = name
+        self._arguments = arguments
+        self._time_us = _wall_clock_us()
+        self._timeout_s = timeout_s
+        self._deadline = time.monotonic() + timeout_s
+        self._resend_at = 0.0
+        self._sent_to: int | None = None  # 0: whichever server there is; None: not sent yet
+
+    @property
+    def due_in_s(self) -> float:
+        """How long nothing but its answer has to be waited for; 0: call send_if_due()."""
+        now = time.monotonic()
+        remaining = max(self._deadline - now, 0.0)
+        watch = self._connection.watch
+        if self._sent_to is None or self._is_for_another(watch.current or 0):
+            return min(watch.unconfirmed_s, remaining)
+        return min(max(self._resend_at - now, 0.0), remaining)
+
+    def send_if_due(self) -> None:
+        """Raises NoReplyError when the time is up, BusError if the connection is lost."""
+        connection = self._connection
+        if self.reply is not None or self.due_in_s > 0.0:
+            return
+        if time.monotonic() >= self._deadline:
+            raise connection.unheard(f"answered '{self._name}'", self._timeout_s)
+        server_id = connection.watch.current or 0
+        command = Command(self._time_us, server_id, connection.client_id, self.sequence, self._name, self._arguments)
+        connection.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
+        self._sent_to = server_id
+        self._resend_at = time.monotonic() + RESEND_AFTER_S
+
+    def _is_for_another(self, server_id: int) -> bool:
+        """The server that it was sent to has gone."""
+        return self._sent_to not in (0, server_id)
 
 
 def _wall_clock_us() -> int:

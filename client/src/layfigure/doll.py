@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from layfigure import codec, skeleton
 from layfigure.arguments import ArgumentValue, arguments
 from layfigure.bus import Bus
-from layfigure.connection import IDENTITY, MESH_TIMEOUT_S, REPLY_TIMEOUT_S, Connection
+from layfigure.connection import IDENTITY, MESH_TIMEOUT_S, REPLY_TIMEOUT_S, Connection, PendingReply
 from layfigure.errors import BusError, LayfigureError, NoReplyError, ProtocolError, TwoServersError, UsageError
 from layfigure.player import Player
 from layfigure.pose_stream import PoseStream
@@ -152,6 +152,21 @@ class Doll:
         self._catch_up()
         return self._forces.get(pointer)
 
+    @property
+    def forces(self) -> Mapping[int, Force]:
+        """The newest forces that have been handled, by their pointers."""
+        return dict(self._forces)
+
+    @property
+    def newest_status(self) -> Status | None:
+        """The newest heartbeat that has been handled, None before the first. Does not wait."""
+        return self._connection.status
+
+    @property
+    def silent(self) -> bool:
+        """Nothing was heard of the server for so long that it must be gone."""
+        return self._connection.watch.silent
+
     def status(self, timeout_s: float = REPLY_TIMEOUT_S) -> Status:
         """The next heartbeat; there are ten in a second. Raises NoReplyError."""
         self._catch_up()
@@ -170,6 +185,24 @@ class Doll:
         given = arguments(name, values)
         self._catch_up()
         return self._connection.command(name, *given, timeout_s=timeout_s)
+
+    def begin(self, name: str, /, *, timeout_s: float = REPLY_TIMEOUT_S, **values: ArgumentValue) -> PendingReply:
+        """As command(), but does not wait: a loop of the caller's own calls its send_if_due() until it has its reply.
+
+        A refusal is a reply as well. One command at a time: a second one may begin when the first has its reply or is
+        given up. See fileno() for such a loop. Raises UsageError for a value that cannot be sent.
+        """
+        given = arguments(name, values)
+        self._catch_up()
+        return self._connection.begin(name, *given, timeout_s=timeout_s)
+
+    def fileno(self) -> int:
+        """For select.poll(): readable when messages have come, which pose() and all other methods handle.
+
+        It changes when the connection is taken up again. Raises BusError if that cannot be done.
+        """
+        self._catch_up()
+        return self._bus.fileno()
 
     def move_pointer(self, pointer: int, where: ArrayLike) -> None:
         """Sends a pointer to x y z [m, world], or to x y z and a rotation w x y z; does not wait.

@@ -1,7 +1,7 @@
 """Values of reduced keys that leave the recorded poses, so that fewer keys are enough.
 
 Between keys that are recorded poses the skin errs to one side. Keys are therefore chosen with a looser tolerance, and
-moved until it errs to both: weighted least squares of the rotation vectors from the keys' slerp to the recorded
+moved until it errs to both: weighted least squares of the rotation vectors from between the keys to the recorded
 rotations, and of the root's translations, with weights that grow where a vertex is far off. What is found is judged by
 the skin in every frame, and not taken unless it holds the tolerance. A few seconds for some thousand frames.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layfigure import rotation
-from layfigure.key_error import SkinDistance
+from layfigure.key_error import Interpolation, SkinDistance
 from layfigure.key_reduction import Progress, reduced_keys, rest_ends
 from layfigure.protocol import Floats
 from layfigure.resample import Frames
@@ -34,7 +34,7 @@ _STIFFNESS = 1e-3  # that holds a key which no frame needs
 class Keys:
     frames: Indices  # (N) rising
     rotations: Floats  # (N, J, 4)
-    root_translations: Floats  # (N, 3)
+    root_translations: Floats  # (N, 3), or of M joints that move beside their parents (N, 3 M)
 
 
 def keys_at(frames: Frames, keys: Indices) -> Keys:
@@ -75,7 +75,7 @@ def _fit(
         tell(f"keys: {len(keys.frames)} are moved, for the {number + 1}. time")
         if number > 0:  # the first step is that of equal weights
             weights = np.clip(weights * (errors / (_AIM * tolerance_m)) ** _GROWTH, *_WEIGHTS)
-        keys = _moved(frames, keys, interval, part, weights, fixed)
+        keys = _moved(distance.interpolation, frames, keys, interval, part, weights, fixed)
     return None
 
 
@@ -85,6 +85,7 @@ def _fixed(distance: SkinDistance, keys: Indices, tolerance_m: float) -> Indices
 
 
 def _moved(
+    interpolation: Interpolation,
     frames: Frames,
     keys: Keys,
     interval: Indices,
@@ -94,7 +95,7 @@ def _moved(
 ) -> Keys:
     """One step of Gauss and Newton; the normal equations of hat functions are tridiagonal."""
     ends = keys.rotations[interval], keys.rotations[interval + 1]
-    turns = rotation.multiply(rotation.conjugate(rotation.slerp(*ends, part[:, None])), frames.rotations)
+    turns = rotation.multiply(rotation.conjugate(interpolation.between(*ends, part[:, None])), frames.rotations)
     roots = keys.root_translations
     line = roots[interval] + part[:, None] * (roots[interval + 1] - roots[interval])
     missing = np.concatenate(
@@ -117,8 +118,9 @@ def _moved(
     beside[fixed[fixed < count - 1]] = 0.0
     beside[fixed[fixed > 0] - 1] = 0.0
     step = _solved(diagonal, beside, right)
-    turned = rotation.multiply(keys.rotations, rotation.from_vector(step[:, :-3].reshape(count, -1, 3)))
-    return Keys(keys.frames, rotation.normalized(turned), roots + step[:, -3:])
+    of_joints, of_roots = np.split(step, [step.shape[1] - roots.shape[1]], axis=1)
+    turned = rotation.multiply(keys.rotations, rotation.from_vector(of_joints.reshape(count, -1, 3)))
+    return Keys(keys.frames, rotation.normalized(turned), roots + of_roots)
 
 
 def _solved(diagonal: Floats, beside: Floats, right: Floats) -> Floats:

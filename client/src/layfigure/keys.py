@@ -21,7 +21,7 @@ def choose_keys(take: Take, skin: Skin, frames: Frames, form: TakeForm, tell: Pr
     if form.keys == "reduced":
         if skin.vertex_count == 0:
             raise LayfigureError(f"'{take.character.name}' has no mesh to measure a tolerance on: choose other --keys")
-        return fitted_keys(SkinDistance(take.character, skin, frames), frames, form.tolerance_m, tell)
+        return fitted_keys(SkinDistance.of_frames(take.character, skin, frames), frames, form.tolerance_m, tell)
     return keys_at(frames, np.arange(len(frames)))
 
 

@@ -44,7 +44,7 @@ TEST_F(Commands, OtherProtocolVersion_RefusedNamingBoth) {
 
 TEST_F(Commands, UnknownArgument_RefusedByEachCommand) {
   for (const char* name : {"grab", "touch", "release", "pin", "unpin", "set", "key", "reset", "step", "get_character",
-                           "get_mesh", "shutdown"}) {
+                           "get_joints", "get_mesh", "shutdown"}) {
     const reply_t reply = send(name, {number_argument("colour", {1.0})});
     EXPECT_EQ(reply.reason, std::string(name) + " has no argument 'colour'");
   }
@@ -87,6 +87,7 @@ TEST_F(Commands, BadGrab_RefusedAndNothingHeld) {
       {{text_argument("bone", "arm"), number_argument("stiffness", {nan})}, "stiffness"},
       {{text_argument("bone", "arm"), number_argument("damping", {1e10})}, "damping"},
       {{text_argument("bone", "arm"), text_argument("mode", "2dof")}, "2dof"},
+      {{text_argument("bone", "arm"), number_argument("angular_stiffness", {1})}, "needs mode 6dof"},
   };
   for (const auto& [arguments, word] : cases) {
     const reply_t reply = send("grab", arguments);
@@ -117,6 +118,17 @@ TEST_F(Commands, GrabByRay_TakesTheSkinThatItMeets) {
       send("grab", {number_argument("origin", {0.1, 0.005, 3}), number_argument("direction", {0, 0, -1})});
   ASSERT_TRUE(reply.accepted) << reply.reason;
   EXPECT_NEAR(result(reply, "distance").at(0), 2.0, 1e-12);
+}
+
+TEST_F(Commands, Grab_AnswersWhereThePointerIs) {
+  const reply_t first = send("grab", {text_argument("bone", "arm")});
+  std::vector<double> there = result(first, "position");
+  there.insert(there.end(), {1, 0, 0, 0});
+  EXPECT_EQ(result(first, "pointer"), there) << "without a pose of its own it is at the held point";
+  send("release");
+  point(1, {0.1, 0.2, 0.3});
+  const reply_t second = send("grab", {text_argument("bone", "arm")});
+  EXPECT_EQ(result(second, "pointer"), (std::vector<double>{0.1, 0.2, 0.3, 1, 0, 0, 0}));
 }
 
 TEST_F(Commands, BadGrabOfWhatIsThere_RefusedAndNothingHeld) {
@@ -191,6 +203,47 @@ TEST_F(Commands, Pin_AnswersItsNumberForUnpin) {
   EXPECT_EQ(simulation_.hands().pins().all().size(), 1U);
   EXPECT_TRUE(send("unpin").accepted);
   EXPECT_TRUE(simulation_.hands().pins().all().empty());
+}
+
+TEST_F(Commands, PinList_TellsAllPinsInTheirOrder) {
+  EXPECT_TRUE(result(send("pin", {text_argument("action", "list")}), "pin").empty());
+  const reply_t tip = send("pin", {text_argument("bone", "tip")});
+  const reply_t arm = send("pin", {text_argument("bone", "arm"), number_argument("point", {0.1, 0, 0})});
+  const reply_t listed = send("pin", {text_argument("action", "list")});
+  ASSERT_TRUE(listed.accepted) << listed.reason;
+  for (const char* name : {"pin", "joint", "position"}) {
+    std::vector<double> both = result(tip, name);
+    const std::vector<double> second = result(arm, name);
+    both.insert(both.end(), second.begin(), second.end());
+    EXPECT_EQ(result(listed, name), both) << name;
+  }
+  EXPECT_EQ(send("pin", {text_argument("action", "list"), text_argument("bone", "arm")}).reason,
+            "argument 'bone' does not go with list");
+  EXPECT_FALSE(send("pin", {text_argument("action", "drop"), text_argument("bone", "arm")}).accepted);
+  EXPECT_EQ(simulation_.hands().pins().all().size(), 2U);
+}
+
+TEST_F(Commands, SetMode_OfAGrabOnly) {
+  EXPECT_EQ(send("set", {text_argument("mode", "6dof")}).reason, "pointer 0 holds no bone; grab first");
+  send("grab", {text_argument("bone", "arm")});
+  EXPECT_TRUE(send("set", {text_argument("mode", "6dof")}).accepted);
+  EXPECT_GT(simulation_.pointers().at(0).grip()->coupling.angular_stiffness, 0.0);
+  EXPECT_FALSE(send("set", {text_argument("mode", "7dof")}).accepted);
+  const dynamics::Coupling& coupling = simulation_.pointers().at(0).grip()->coupling;
+  EXPECT_TRUE(send("set", {text_argument("mode", "6dof"), number_argument("angular_stiffness", {2.5})}).accepted);
+  EXPECT_EQ(coupling.angular_stiffness, 2.5);
+  EXPECT_NEAR(coupling.angular_damping / 2.5, coupling.damping / coupling.stiffness, 1e-12);
+  EXPECT_EQ(send("set", {number_argument("angular_stiffness", {2.5})}).reason,
+            "argument 'angular_stiffness' needs mode 6dof");
+  EXPECT_FALSE(send("set", {text_argument("mode", "6dof"), number_argument("angular_stiffness", {0})}).accepted);
+  EXPECT_EQ(coupling.angular_stiffness, 2.5);
+  EXPECT_TRUE(send("set", {text_argument("mode", "3dof")}).accepted);
+  EXPECT_EQ(coupling.angular_stiffness, 0.0);
+  send("release");
+  const std::vector<argument_t> stiff{text_argument("bone", "arm"), text_argument("mode", "6dof"),
+                                      number_argument("angular_stiffness", {4})};
+  EXPECT_TRUE(send("grab", stiff).accepted);
+  EXPECT_EQ(simulation_.pointers().at(0).grip()->coupling.angular_stiffness, 4.0);
 }
 
 TEST_F(Commands, Set_ChangesAllOrNothing) {

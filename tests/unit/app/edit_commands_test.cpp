@@ -204,6 +204,72 @@ TEST_F(EditCommands, NothingToUndoOrRedo_Refused) {
   EXPECT_EQ(send("redo").reason, "there is nothing to do again");
 }
 
+TEST_F(EditCommands, HistoryState_TellsWhereTheDollIs) {
+  const std::string before = fingerprint();
+  reply_t reply = send("history");
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(text(reply, "label"), "");
+  EXPECT_EQ(result(reply, "place"), std::vector<double>{0.0});
+  EXPECT_EQ(result(reply, "steps"), std::vector<double>{0.0});
+  EXPECT_EQ(result(reply, "branches"), std::vector<double>{0.0});
+  EXPECT_EQ(fingerprint(), before);
+  send("lock", {text_argument("bone", "arm")});
+  reply = send("history", {text_argument("action", "state")});
+  EXPECT_EQ(text(reply, "label"), "lock arm");
+  EXPECT_GT(result(reply, "place")[0], 0.0);
+  EXPECT_EQ(result(reply, "steps"), std::vector<double>{1.0});
+  EXPECT_EQ(result(send("undo"), "place"), std::vector<double>{0.0});
+}
+
+TEST_F(EditCommands, HistoryGo_AcrossBranches_BringsEachPlaceBackBitForBit) {
+  steps(2000);
+  std::vector<std::pair<double, std::string>> places;
+  const auto note_place = [&] { places.emplace_back(result(send("history"), "place")[0], memory()); };
+  note_place();
+  lift(0.3);
+  note_place();
+  send("pin", {text_argument("bone", "spine")});
+  note_place();
+  send("undo");
+  send("undo");
+  lift(-0.3);
+  note_place();
+  for (const std::size_t k : {2u, 3u, 1u, 3u, 0u, 2u, 0u}) {
+    const reply_t reply = send("history", {text_argument("action", "go"), number_argument("place", {places[k].first})});
+    ASSERT_TRUE(reply.accepted) << reply.reason;
+    EXPECT_EQ(result(reply, "place"), std::vector<double>{places[k].first});
+    EXPECT_EQ(memory(), places[k].second) << k;
+  }
+}
+
+TEST_F(EditCommands, HistoryGo_WhileHeld_ReleasesAndSaysSo) {
+  steps(10);
+  const std::string before = memory();
+  send("grab", {text_argument("bone", "arm"), number_argument("pointer", {3.0})});
+  steps(100);
+  const reply_t reply = send("history", {text_argument("action", "go"), number_argument("place", {0.0})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(result(reply, "released"), std::vector<double>{3.0});
+  EXPECT_EQ(memory(), before);
+}
+
+TEST_F(EditCommands, HistoryGo_ToWhereTheDollIs_LeavesItInItsHands) {
+  send("grab", {text_argument("bone", "arm")});
+  steps(100);
+  const std::string before = fingerprint();
+  const double place = result(send("history"), "place")[0];
+  const reply_t reply = send("history", {text_argument("action", "go"), number_argument("place", {place})});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(text(reply, "label"), "grab arm");
+  EXPECT_TRUE(result(reply, "released").empty());
+  EXPECT_EQ(fingerprint(), before);
+}
+
+TEST_F(EditCommands, HistoryGo_ToNoPlace_RefusedWithItsNumber) {
+  const reply_t reply = send("history", {text_argument("action", "go"), number_argument("place", {42.0})});
+  EXPECT_EQ(reply.reason, "the history has no place 42: there never was one, or it is forgotten");
+}
+
 // ---------------------------------------------------------------- set
 
 TEST_F(EditCommands, Set_Amounts_AsASettingsFileWouldHaveThem) {
@@ -247,6 +313,38 @@ TEST_F(EditCommands, Set_WhileFingertipIsOut_KeepsIt) {
   ASSERT_TRUE(send("set", {number_argument("stiffness.factor", {2.0})}).accepted);
   steps(10);
   EXPECT_EQ(simulation_.hands().busy_pointers(), std::vector<int>{0});
+}
+
+// ---------------------------------------------------------------- what joints are
+
+TEST_F(EditCommands, GetJoints_TellsWhatWasSet_AndWhatWasChosen) {
+  send("set",
+       {text_argument("bone", "arm"), number_argument("stiffness", {9.0}), number_argument("yield_torque.twist", {6.0}),
+        number_argument("limits.twist", {-0.5, 0.25}), number_argument("limits.swing_z", {-0.75, 1.0})});
+  send("lock", {text_argument("bone", "arm"), text_argument("axes", "bend_y")});
+  const reply_t now = send("get_joints");
+  EXPECT_EQ(result(now, "joints"), (std::vector<double>{1.0, 2.0}));
+  EXPECT_EQ(result(now, "stiffness"), (std::vector<double>{40.0, 9.0}));
+  EXPECT_EQ(result(now, "yield_torque"), (std::vector<double>{3.0, 3.0}));
+  EXPECT_EQ(result(now, "yield_torque.ratios"), (std::vector<double>{1.0, 1.0, 1.0, 2.0, 1.0, 1.0}));
+  EXPECT_EQ(result(now, "damping"), (std::vector<double>{0.4, 0.4}));
+  EXPECT_EQ(result(now, "flow_damping"), (std::vector<double>{2.0, 2.0}));
+  EXPECT_EQ(result(now, "hardening"), (std::vector<double>{0.0, 0.0}));
+  EXPECT_EQ(result(now, "limits.twist"), (std::vector<double>{-kInfinity, kInfinity, -0.5, 0.25}));
+  EXPECT_EQ(result(now, "limits.swing_z"), (std::vector<double>{-kInfinity, kInfinity, -0.75, 1.0}));
+  EXPECT_EQ(result(now, "locked"), (std::vector<double>{0.0, 0.0, 0.0, 0.0, 1.0, 0.0}));
+  EXPECT_EQ(result(now, "section_axes"), (std::vector<double>{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}));
+  const reply_t chosen = send("get_joints", {text_argument("bone", "arm"), text_argument("of", "chosen")});
+  EXPECT_EQ(result(chosen, "joints"), (std::vector<double>{2.0}));
+  EXPECT_EQ(result(chosen, "stiffness"), (std::vector<double>{40.0}));
+  EXPECT_EQ(result(chosen, "yield_torque.ratios"), (std::vector<double>{1.0, 1.0, 1.0}));
+  EXPECT_EQ(result(chosen, "limits.twist"), (std::vector<double>{-kInfinity, kInfinity}));
+  EXPECT_EQ(result(chosen, "locked"), (std::vector<double>{0.0, 0.0, 0.0}));
+}
+
+TEST_F(EditCommands, GetJoints_IsNoStepOfTheHistory) {
+  send("get_joints");
+  EXPECT_EQ(simulation_.history().undoable(), 0u);
 }
 
 // ---------------------------------------------------------------- locks
@@ -392,6 +490,20 @@ TEST_F(PoseCommand, WholePose_OfThePoseMessage_ChangesNothing) {
   EXPECT_LT(simulation_.state().bodies[kArm].rotation.angularDistance(before), 0.006);
 }
 
+TEST_F(PoseCommand, Put_IsThereAtOnce_IsOneStepOfTheHistory) {
+  steps(500);
+  const Eigen::Quaterniond before = simulation_.state().bodies[kArm].rotation;
+  const reply_t reply =
+      send("load_pose", {number_argument("joints", {2.0}), rotation(target_), text_argument("action", "put")});
+  ASSERT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_LT(simulation_.state().bodies[kArm].rotation.angularDistance(target_), 1e-12);
+  steps(2000);
+  EXPECT_LT(simulation_.state().bodies[kArm].rotation.angularDistance(target_), 1e-5) << "without sagging";
+  EXPECT_EQ(simulation_.history().undoable(), 1u);
+  send("undo");
+  EXPECT_LT(simulation_.state().bodies[kArm].rotation.angularDistance(before), 1e-12);
+}
+
 TEST_F(PoseCommand, BadInput_RefusedAndNothingChanges) {
   const std::string before = fingerprint();
   const argument_t arm = number_argument("joints", {2.0});
@@ -413,6 +525,9 @@ TEST_F(PoseCommand, BadInput_RefusedAndNothingChanges) {
       {arm, rotation(target_), number_argument("max_torque", {-1.0})},
       {arm, rotation(target_), number_argument("hold", {0.5})},
       {arm, rotation(target_), text_argument("action", "cancel")},
+      {arm, text_argument("action", "put")},
+      {arm, rotation(target_), text_argument("action", "put"), number_argument("hold", {1.0})},
+      {number_argument("joints", {0.0}), rotation(target_), text_argument("action", "put")},
       {text_argument("action", "dance")}};
   for (const auto& arguments : bad) {
     EXPECT_FALSE(send("load_pose", arguments).accepted) << (arguments.empty() ? "" : arguments.back().name);
@@ -459,11 +574,26 @@ TEST_F(EditCommands, BadInput_OfEachKind_RefusedAndNothingChanges) {
       {"lock", {text_argument("bone", "arm"), text_argument("axes", "roll")}},
       {"lock", {text_argument("bone", "arm"), number_argument("axes", {1.0})}},
       {"unlock", {text_argument("bone", "leg")}},
+      {"get_joints", {text_argument("bone", "leg")}},
+      {"get_joints", {text_argument("bone", "hips")}},
+      {"get_joints", {text_argument("bone", "tip")}},
+      {"get_joints", {text_argument("of", "then")}},
       {"undo", {number_argument("steps", {1.0})}},
       {"redo", {}},
       {"redo", {number_argument("branch", {kNaN})}},
       {"redo", {number_argument("branch", {-1.0})}},
       {"redo", {number_argument("branch", {0.5})}},
+      {"history", {text_argument("action", "go")}},
+      {"history", {text_argument("action", "back")}},
+      {"history", {number_argument("action", {1.0})}},
+      {"history", {number_argument("place", {0.0})}},
+      {"history", {text_argument("action", "go"), text_argument("place", "start")}},
+      {"history", {text_argument("action", "go"), number_argument("place", {-1.0})}},
+      {"history", {text_argument("action", "go"), number_argument("place", {0.5})}},
+      {"history", {text_argument("action", "go"), number_argument("place", {kNaN})}},
+      {"history", {text_argument("action", "go"), number_argument("place", {1e300})}},
+      {"history", {text_argument("action", "go"), number_argument("place", {1.0, 2.0})}},
+      {"history", {text_argument("action", "go"), number_argument("place", {99.0})}},
       {"snapshot", {}},
       {"snapshot", {number_argument("name", {1.0})}},
       {"snapshot", {text_argument("name", std::string(65, 'x'))}},

@@ -66,6 +66,18 @@ TEST_F(Overrides, ValuesOfTheLaw_ReplaceWhatWasChosen) {
   EXPECT_EQ(body(doll, "right1").joint.stiffness, body(plain_, "right1").joint.stiffness);
 }
 
+TEST_F(Overrides, WhatWasChosen_IsKeptBesideWhatIsAsked) {
+  const Doll doll = build("[joints.left1]\nstiffness = 12\nlimits = {twist = [-5, 5]}\nlocked = [\"twist\"]\n");
+  const JointChoice& chosen = doll.chosen_joints[index_of(doll, "left1")];
+  const dynamics::BodyDefinition& plain = body(plain_, "left1");
+  EXPECT_EQ(body(doll, "left1").joint.stiffness, 12.0);
+  EXPECT_EQ(chosen.law.stiffness, plain.joint.stiffness);
+  EXPECT_EQ(chosen.law.shape.locked, plain.joint.shape.locked);
+  EXPECT_EQ(chosen.limits.twist_upper, plain.limits.twist_upper);
+  EXPECT_NE(chosen.limits.twist_upper, body(doll, "left1").limits.twist_upper);
+  EXPECT_EQ(doll.chosen_joints.size(), doll.definition.bodies.size());
+}
+
 TEST_F(Overrides, Factor_ScalesWhatWasChosen) {
   const Doll doll = build("[joints.\"left*\"]\nyield_torque = {factor = 2.0}\n");
   for (const char* name : {"left0", "left1", "left2"}) {

@@ -68,6 +68,39 @@ TEST(Base, WithAToolOut_RefusedAsItWouldJump) {
   EXPECT_EQ(hands.pointers().at(0).pose().position, Eigen::Vector3d(0.3, 0, 2));
 }
 
+TEST(HoldsRotation, SetDuringAGrab_HoldsItAsItIsThenAndNothingJumps) {
+  Hands hands(testing::small_doll(), kStep);
+  const Eigen::Vector3d held = hands.grab({.pointer = 0, .bone = 3});
+  hands.receive(0,
+                {.position = held, .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitY()))});
+  hands.glide(100);
+  run(hands, 3000);
+  const Grip& grip = *hands.pointers().at(0).grip();
+  const Eigen::Quaterniond before = hands.held_pose(grip).rotation;
+  EXPECT_TRUE(grip.force.torque.isZero(0.0)) << "it holds a point";
+  hands.set_holds_rotation(0, true);
+  run(hands, 1);
+  EXPECT_LT(hands.held_pose(grip).rotation.angularDistance(before), 1e-4);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  const PointerPose now = hands.pointers().at(0).pose();
+  hands.receive(0, {.position = now.position, .rotation = turn * now.rotation});
+  hands.glide(100);
+  run(hands, 1000);
+  EXPECT_GT(grip.force.torque.norm(), 0.0);
+  EXPECT_LT((turn * before).angularDistance(hands.held_pose(grip).rotation), before.angularDistance(turn * before));
+  hands.set_holds_rotation(0, false);
+  run(hands, 1);
+  EXPECT_TRUE(grip.force.torque.isZero(0.0));
+}
+
+TEST(HoldsRotation, WithoutAGrab_Refused) {
+  Hands hands(testing::small_doll(), kStep);
+  EXPECT_THROW(hands.set_holds_rotation(0, true), std::invalid_argument);
+  hands.receive(0, at({0.3, 0, 1.5}));
+  hands.touch({.pointer = 0});
+  EXPECT_THROW(hands.set_holds_rotation(0, true), std::invalid_argument) << "a fingertip always holds it";
+}
+
 TEST(ScaleAndClutch, WhileHolding_DoNotJump) {
   Hands hands(testing::small_doll(), kStep);
   hands.receive(0, at({0.3, 0, 1}));

@@ -12,6 +12,7 @@ import re
 import select
 import socket
 import struct
+import threading
 import time
 from collections.abc import Callable, Iterator
 from types import TracebackType
@@ -92,6 +93,12 @@ class Bus:
             _disable_nagle(self._lcm.fileno())
         for channel, handler in self._handlers:
             self._subscribe(self._lcm, channel, handler)
+
+    def fileno(self) -> int:
+        """What becomes readable when there is something to poll() for; another one after connect(). Raises BusError."""
+        if self._lcm is None:
+            raise BusError(self._loss or f"not connected to '{self.url}'")
+        return int(self._lcm.fileno())
 
     def close(self) -> None:
         with _silenced_stderr():  # lcm tries to reconnect when it is destroyed, and says so
@@ -236,15 +243,34 @@ def _disable_nagle(descriptor: int) -> None:
         duplicate.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
-@contextlib.contextmanager
-def _silenced_stderr() -> Iterator[None]:
+class _StderrSilencer:
+    """Leads the process's stderr away while any thread is in lcm's C code."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._threads = 0
+        self._kept = -1
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._threads == 0:
+                self._kept = os.dup(2)
+                sink = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(sink, 2)
+                os.close(sink)
+            self._threads += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._threads -= 1
+            if self._threads == 0:
+                os.dup2(self._kept, 2)
+                os.close(self._kept)
+
+
+_stderr_silencer = _StderrSilencer()
+
+
+def _silenced_stderr() -> contextlib.AbstractContextManager[None]:
     """Keeps lcm's C code from writing to the terminal: what it has to say is raised, in one line, by the caller."""
-    kept = os.dup(2)
-    sink = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(sink)
-        os.close(kept)
+    return _stderr_silencer

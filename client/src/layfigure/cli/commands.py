@@ -57,6 +57,9 @@ def _add_editing_parsers(subparsers: Any) -> None:
     redo = _add_parser(subparsers, "redo", "do again what was taken back")
     redo.add_argument("--branch", metavar="K", type=whole_number, help="another than what was taken back last, from 0")
     redo.set_defaults(run=run_redo)
+    history = _add_parser(subparsers, "history", "print where the doll is in its history, or go to a place of it")
+    history.add_argument("--go", metavar="N", type=whole_number, help="to the place of this number, on any branch")
+    history.set_defaults(run=run_history)
     mirror = _add_parser(subparsers, "mirror", "exchange the poses of left and right")
     mirror.add_argument(
         "--side", choices=("both", "left", "right"), default="both", help="whose pose goes onto the other side"
@@ -135,6 +138,13 @@ def run_reset(options: argparse.Namespace) -> None:
 def run_redo(options: argparse.Namespace) -> None:
     branch = () if options.branch is None else (Argument("branch", values=(float(options.branch),)),)
     _send(options, "redo", *branch)
+
+
+def run_history(options: argparse.Namespace) -> None:
+    if options.go is None:
+        _send(options, "history")
+    else:
+        _send(options, "history", Argument("action", "go"), Argument("place", values=(float(options.go),)))
 
 
 def run_mirror(options: argparse.Namespace) -> None:

@@ -15,8 +15,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, UsdValidation
 
 from layfigure.usd.findings import Finding, error, warning
 from layfigure.usd.mesh_checks import mesh_findings
-from layfigure.usd.reader import open_stage, quiet
 from layfigure.usd.skeleton_checks import skeleton_findings
+from layfigure.usd.stage import open_stage, quiet
 
 _MISSING_FILE = frozenset({"UnresolvableDependency", "CompositionError"})  # we name the files ourselves, once
 

@@ -13,7 +13,7 @@ from layfigure.errors import LayfigureError
 from layfigure.loads import HandLoads, JointLoads, Loads
 from layfigure.protocol import Floats
 from layfigure.usd.felt import read_yields
-from layfigure.usd.reader import open_stage, quiet
+from layfigure.usd.stage import open_stage, quiet
 
 
 def loads_of_usd(path: Path) -> Loads:

@@ -2,41 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
+from pxr import Usd, UsdGeom, UsdSkel
 
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Floats, Ints
 from layfigure.usd.felt import Pull, read_pulls, read_yields
 from layfigure.usd.looks import Looks, Triangles, read_looks, read_normals
 from layfigure.usd.skeleton_reader import PosedSkeleton, find_skeletons
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Keeps USD's own warnings off stderr: what they tell is told in our words."""
-    delegate = UsdUtils.CoalescingDiagnosticDelegate()
-    try:
-        yield
-    finally:
-        delegate.TakeUncoalescedDiagnostics()  # it would print what is left in it
-
-
-def open_stage(path: Path) -> Any:
-    """Raises LayfigureError, in one line, if there is no such file or USD cannot read it."""
-    if not path.is_file():
-        raise LayfigureError(f"no USD file '{path}': check the name")
-    try:
-        with quiet():
-            return Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
-        raise LayfigureError(f"cannot read '{path}' as USD: it is broken or of another kind") from error
+from layfigure.usd.stage import metres, open_stage, quiet
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,15 +217,6 @@ class _Skin:
         of_skeleton = list(self._skeleton.GetJointOrder())
         flowing = np.isin(indices, [number for number, joint in enumerate(of_skeleton) if joint in joints])
         return np.asarray((weights * flowing).sum(axis=1), np.float64)
-
-
-def metres(stage: Any, up_axis: str) -> Any:
-    """From the stage's units and axes to metres with `up_axis`, "Y" or "Z", up."""
-    scale = Gf.Matrix4d().SetScale(UsdGeom.GetStageMetersPerUnit(stage))
-    if UsdGeom.GetStageUpAxis(stage) == up_axis:
-        return scale
-    angle_deg = 90.0 if up_axis == "Z" else -90.0
-    return scale * Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), angle_deg))
 
 
 def _triangulated(mesh: Any) -> Triangles:

@@ -21,7 +21,7 @@ from layfigure import rotation
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Bools, Floats
 from layfigure.take_form import UpAxis
-from layfigure.usd.reader import open_stage, quiet
+from layfigure.usd.stage import open_stage, quiet
 from layfigure.usd.textures import TextureFolder, asset_path_from, hand_over
 
 _logger = logging.getLogger(__name__)

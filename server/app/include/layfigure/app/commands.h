@@ -24,20 +24,24 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///
 ///     grab           bone, [point x y z]; or what is there: [reach 0.03], the skin nearest to the pointer, or a ray:
 ///                    origin x y z, direction x y z, as of a mouse. With all: [pointer 0], [stiffness], [damping],
-///                    [mode "3dof" | "6dof"]; see haptics::Hands::grab and GrabRequest
-///                    -> joint, position (3, world), point (3, in the bone's frame), stiffness, damping, and the
-///                    distance from the pointer to the skin or along the ray
+///                    [mode "3dof" | "6dof"], [angular_stiffness, of 6dof]; see haptics::Hands::grab and GrabRequest
+///                    -> joint, position (3, world), point (3, in the bone's frame), pointer (where it is: x y z
+///                    w x y z; what is held follows it from here), stiffness, damping, and the distance from the
+///                    pointer to the skin or along the ray
 ///     touch          [pointer 0], [radius 0.008], [friction 1], [stiffness], [damping], [magnet 0]: the pointer's
 ///                    fingertip comes out where the pointer is; see haptics::Hands::touch
 ///                    -> position (3), radius, stiffness, damping
 ///     release        [pointer 0]: puts its tool away, of both kinds
 ///     pin            bone, [point x y z], [mode "3dof" | "6dof"], [hold "stiff" | "rigid"]: fastens the bone to the
-///                    world where it is; see haptics::Pins -> pin (its number), joint, position (3)
+///                    world where it is; see haptics::Pins -> pin (its number), joint, position (3). Or action
+///                    "list" -> the same of all pins, one after the other
 ///     unpin          [pin, all if left out]
 ///     set            of a pointer [pointer 0], any of: scale s, of its translations; power_scale P, of what
 ///                    the hand feels beside what the world does; clutch 1 (the hand moves freely,
 ///                    the pointer stays) or 0; base x y z w x y z, the pose of its device in the world; magnet 1 or 0,
-///                    of a fingertip that is out; see haptics::WorkspaceMap and haptics::Hands::set_magnet.
+///                    of a fingertip that is out; mode "3dof" or "6dof" [angular_stiffness], of a grab: the rotation
+///                    is held no more, or from now on; see haptics::WorkspaceMap, haptics::Hands::set_magnet and
+///                    set_holds_rotation.
 ///                    Of the doll: softness f, times the yield torques while any pointer has a tool out; gravity x y z;
 ///                    and what a settings file gives joints (joint_arguments.h). [bone: a name or a pattern with * and
 ///                    ?, whose joints these are for; all joints' if left out; not gravity] -> joints that were set
@@ -48,10 +52,16 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///                    [max_torque, N m], [hold 0]: turns joints to where pose_t has these rotations, over the duration,
 ///                    by drives that let go when all have arrived, or hold on; see haptics::PoseDrives. Again with
 ///                    other rotations, and so on, for a stream. The root and what has no joint that can turn stay. Or
-///                    action "cancel"; or action "state" -> driven (number of joints), on_the_way (of them)
+///                    action "cancel"; or action "state" -> driven (number of joints), on_the_way (of them). Or action
+///                    "put", rotations, [joints]: the doll is there at once, at rest, held against gravity, with its
+///                    root where its pin holds it; see session::posed() -> as undo
 ///     undo           the doll as it was before the last step; see Simulation::history -> label of what was undone,
-///                    steps that are left to undo, branches to do again, released: pointers whose tools were put away
+///                    steps that are left to undo, branches to do again, place: the number of where it is in the tree
+///                    of what was done, released: pointers whose tools were put away
 ///     redo           [branch k]: what was undone last, or another branch -> the same
+///     history        [action "state"] -> the same of where the doll is; label of what led there, "" where it began
+///                    action "go", place: to any place that a reply has told, on whatever branch -> the same; refused
+///                    if the place is forgotten (see session::History::kMaxSteps)
 ///     snapshot       name, [action "save" | "restore" | "remove"]; or action "list": kept beyond the server's end
 ///                    -> of list: a name each; of restore: as undo
 ///     mirror         [side "both" | "left" | "right", whose pose goes onto the other side] -> as undo
@@ -62,6 +72,9 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///                    refused if the pointer message of this client with that sequence, or a later one, has not
 ///                    arrived; the pointers glide to their newest poses over the command's steps
 ///     get_character  publishes a character_t, and the newest pose once more
+///     get_joints     [bone (name or pattern), all joints if left out], [of "now" | "chosen", what build_doll() chose
+///                    before the settings or anybody changed single joints] -> joints, and of each of them what
+///                    add_joints() tells (joint_results.h)
 ///     get_mesh       publishes mesh_chunk_t: [chunks index ...], all if left out -> chunks (their total)
 ///     shutdown       ends the server
 ///
@@ -94,6 +107,7 @@ class CommandProcessor {
   void touch(const command_t& command, reply_t& reply);
   void release(const command_t& command, reply_t& reply);
   void pin(const command_t& command, reply_t& reply);
+  void list_pins(reply_t& reply) const;
   void unpin(const command_t& command, reply_t& reply);
   void set(const command_t& command, reply_t& reply);
   [[nodiscard]] skinning::SkinPoint what_is_there(const Arguments& arguments, int pointer);
@@ -101,16 +115,20 @@ class CommandProcessor {
   void unlock(const command_t& command, reply_t& reply);
   void set_locks(const command_t& command, reply_t& reply, bool locked);
   void load_pose(const command_t& command, reply_t& reply);
+  void put_pose(const Arguments& arguments, reply_t& reply);
   void undo(const command_t& command, reply_t& reply);
   void redo(const command_t& command, reply_t& reply);
+  void history(const command_t& command, reply_t& reply);
   void snapshot(const command_t& command, reply_t& reply);
   void mirror(const command_t& command, reply_t& reply);
   void tell(const PutBack& done, reply_t& reply);
+  void tell_place(const std::string& label, reply_t& reply) const;
   [[nodiscard]] std::vector<double> joints_named(const std::vector<int>& bones) const;
   void key(const command_t& command, reply_t& reply);
   void reset(const command_t& command, reply_t& reply);
   void step(const command_t& command, reply_t& reply);
   void get_character(const command_t& command, reply_t& reply);
+  void get_joints(const command_t& command, reply_t& reply);
   void get_mesh(const command_t& command, reply_t& reply);
   void shutdown(const command_t& command, reply_t& reply);
   [[nodiscard]] int find_bone(const std::string& name) const;

@@ -23,6 +23,7 @@ struct Options {
   std::optional<std::filesystem::path> write_settings;  ///< of inspect: where to
   bool force{false};                                    ///< of write_settings: also over a file that is there
   std::optional<std::filesystem::path> replay;          ///< the log to play again
+  bool ends_with_input{false};                          ///< leaves when standard input ends
   ServerSettings server;
 };
 

@@ -19,6 +19,7 @@
 #include "layfigure/haptics/hands.h"
 #include "layfigure/session/history.h"
 #include "layfigure/session/mirror.h"
+#include "layfigure/session/posed.h"
 
 namespace layfigure::app {
 
@@ -49,6 +50,8 @@ struct HandSettings {
   std::optional<bool> clutch{};                ///< held
   std::optional<PointerPose> base{};           ///< X_WD of the pointer's device; needs a pointer without a tool
   std::optional<bool> magnet{};                ///< needs a pointer that touches
+  std::optional<bool> holds_rotation{};        ///< needs a pointer that grabs
+  std::optional<double> angular_stiffness{};   ///< with holds_rotation [N m/rad], > 0; default: see Hands::grab
   std::optional<double> softness{};            ///< 0 to haptics::kMaxSoftness
   std::vector<int> bones{};                    ///< whose joints softness and joint are for; all joints if empty
   std::optional<doll::JointOverride> joint{};  ///< see doll::changed_joint()
@@ -140,8 +143,12 @@ class Simulation {
   /// std::invalid_argument, one line, if there is none.
   PutBack undo();
   PutBack redo(std::optional<std::size_t> branch);
+  /// To any place of the history, of History::place(); where the doll is already, nothing happens.
+  PutBack go_to_place(std::int64_t place);
   /// The pose in the mirror, see session::mirrored(); pins hold what they hold where it is then.
   PutBack mirror(session::MirrorSide side, const std::string& label);
+  /// At once in this pose and at rest, see session::posed(); pins hold what they hold where it is then.
+  PutBack put_pose(std::span<const session::PosedJoint> joints, const std::string& label);
   /// The doll as it was kept. Throws what haptics::Hands::recall() throws.
   PutBack put_back(const haptics::DollMemory& memory, const std::string& label);
 

@@ -75,6 +75,12 @@ struct Reasons {
   Reason friction;
 };
 
+/// What is chosen for a joint.
+struct JointChoice {
+  dynamics::JointLaw law;
+  dynamics::JointLimits limits;
+};
+
 /// What a bone moves with, rigidly: its own body; else its nearest ancestor's; above the root body, the root body.
 struct Carrier {
   int body{-1};  ///< -1: the bone's whole tree has no body; it stays where it is
@@ -95,6 +101,7 @@ struct Doll {
   double mirror_offset{0.0};                                ///< the plane: normal . x = offset [m]
   std::vector<Carrier> carriers;                            ///< one per bone
   std::vector<Section> sections;                            ///< one per body; a root's is that of its own middle
+  std::vector<JointChoice> chosen_joints;                   ///< one per body: before the settings change single joints
   std::vector<collision::ShapeDefinition> shapes;           ///< what the bodies touch each other with
   std::vector<std::pair<int, int>> never_touch;  ///< bodies, beside parents and children, that overlap at rest
   std::vector<Matter> matter;                    ///< one per body

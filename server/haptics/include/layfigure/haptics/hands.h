@@ -31,11 +31,12 @@ inline constexpr double kGrabReach = 0.03;
 struct GrabRequest {
   int pointer{0};
   int bone{0};
-  std::optional<Eigen::Vector3d> point{};  ///< in the bone's frame [m]; default: the com of its body, or the bone's
-                                           ///< origin if it rides on another's body
-  std::optional<double> stiffness{};       ///< [N/m], > 0; default: see Hands::grab
-  std::optional<double> damping{};         ///< [N s/m], >= 0; default: see Hands::grab
-  bool holds_rotation{false};              ///< 6-DOF: the rotation is held too
+  std::optional<Eigen::Vector3d> point{};     ///< in the bone's frame [m]; default: the com of its body, or the bone's
+                                              ///< origin if it rides on another's body
+  std::optional<double> stiffness{};          ///< [N/m], > 0; default: see Hands::grab
+  std::optional<double> damping{};            ///< [N s/m], >= 0; default: see Hands::grab
+  bool holds_rotation{false};                 ///< 6-DOF: the rotation is held too
+  std::optional<double> angular_stiffness{};  ///< [N m/rad], > 0, of a 6-DOF grip; default: see Hands::grab
 };
 
 /// A wish to touch.
@@ -84,8 +85,8 @@ class Hands {
   /// Holds a bone with a virtual coupling. Nothing jumps: the pointer's pose now corresponds to the held point as it is
   /// now. Defaults: stiffness k = m (2 pi 3 Hz)^2 with the doll's whole mass m, so that the doll hangs from the pointer
   /// 28 mm low; damping = 2 sqrt(k m), critical for the whole doll. A 6-DOF grip turns with r^2 times these, r the held
-  /// body's radius of gyration. Throws if the pointer has a tool already or the bone cannot be held. Returns the held
-  /// point, world.
+  /// body's radius of gyration; an angular stiffness of its own has damping in the same ratio. Throws if the pointer
+  /// has a tool already or the bone cannot be held. Returns the held point, world.
   Eigen::Vector3d grab(const GrabRequest& request);
 
   /// The skin's point that is nearest to the pointer, for a grab. Throws if the pointer has no pose yet, or if there is
@@ -116,6 +117,9 @@ class Hands {
   void set_scale(int pointer, double scale) { pointers_[pointer].set_scale(scale); }
   void set_clutch(int pointer, bool held) { pointers_[pointer].set_clutch(held); }
   void set_power_scale(int pointer, double scale) { pointers_[pointer].set_power_scale(scale); }
+  /// A grip holds the bone's rotation from now on as it is now, with gains as in grab(), or no more; nothing jumps.
+  /// Throws if the pointer does not grab.
+  void set_holds_rotation(int pointer, bool holds, const std::optional<double>& angular_stiffness = {});
   /// Throws if the pointer has a tool out.
   void set_base(int pointer, const PointerPose& base);
   /// The pointer, which has no tool out, is at `world` where its hand is now.
@@ -128,6 +132,7 @@ class Hands {
 
   /// Throw what the setters of the same name would throw.
   void require_no_tool(int pointer) const;
+  void require_grab(int pointer) const;
   void require_fingertip(int pointer) const;
   void require_joint(int bone) const;
 
@@ -206,6 +211,7 @@ class Hands {
   void tools_changed();
   [[nodiscard]] bool any_tool() const;
   [[nodiscard]] dynamics::Coupling make_coupling(const GrabRequest& request) const;
+  void hold_rotation(dynamics::Coupling& coupling, const std::optional<double>& angular_stiffness) const;
   void pose_skin();
   [[nodiscard]] bool is_served(int pointer) const { return pointer < served_; }
   [[nodiscard]] bool any_served_tool() const;

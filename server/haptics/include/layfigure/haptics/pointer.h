@@ -79,6 +79,8 @@ class Pointer {
 
   /// Holds the coupling's point, which is at `held` now. A pointer of which no pose has come is taken to be there.
   void attach(Grip grip, const PointerPose& held);
+  /// The grip has these angular gains from now on, and turns the body, which has the rotation `held` now, from there.
+  void change_rotation_grip(const dynamics::Coupling& gains, const Eigen::Quaterniond& held);
   /// Holds a fingertip, which is at the pointer's pose.
   void touch(const FingertipDefinition& fingertip, const dynamics::Coupling& coupling);
   /// How the fingertip moves now, before aim(). Needs a fingertip.

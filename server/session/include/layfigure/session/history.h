@@ -12,14 +12,15 @@
 namespace layfigure::session {
 
 /// What was done to a doll, as a tree: undoing goes back towards the root, and what is done after that begins a branch
-/// beside the one that was undone, which stays. A place in the tree is the doll as it was when it was last left.
+/// beside the one that was undone, which stays. A place in the tree is the doll as it was when it was last left; it has
+/// a number of its own, larger than those of all older places, that no other one gets when it is forgotten.
 class History {
  public:
   /// The most steps that are kept, of all branches; beyond it the oldest are forgotten. 5 MB for 60 bodies.
   static constexpr std::size_t kMaxSteps = 256;
 
   struct Move {
-    std::string label;           ///< of the step that was undone or done again
+    std::string label;           ///< of the step that was undone or done again, or that leads to the place gone to
     haptics::DollMemory memory;  ///< of the doll there
   };
 
@@ -30,6 +31,13 @@ class History {
   /// On along `branch`, of branches() in the order in which they began; by default the one that was undone last.
   /// Nothing if there is none.
   [[nodiscard]] std::optional<Move> redo(std::optional<std::size_t> branch);
+  /// To any place, back and on through the tree; the doll is `now`. Nothing if there is no such place. O(steps).
+  [[nodiscard]] std::optional<Move> go(std::int64_t place, haptics::DollMemory now);
+
+  /// The number of where the doll is; at first 0.
+  [[nodiscard]] std::int64_t place() const { return current_; }
+  /// False for a place that never was, or is forgotten.
+  [[nodiscard]] bool has(std::int64_t place) const { return nodes_.contains(place); }
 
   /// Steps that can be undone.
   [[nodiscard]] std::size_t undoable() const;
