@@ -1,34 +1,21 @@
-"""Takes as Blender imports them: bones and skin stand where the server's poses have them, in all frames.
-
-They run where there is a Python with the package bpy, a wheel of 374 MB that needs a NumPy of its own:
-
-    python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy==5.0.1
-    LAYFIGURE_BPY_PYTHON=build/bpy/bin/python python -m pytest tests/blender
-"""
+"""Takes as Blender imports them: bones and skin stand where the server's poses have them, in all frames."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pytest
+from blender_support.bpy_process import BpyPython
+from server_support.process import ServerProcess
 
 import layfigure
 from layfigure import skeleton
 from layfigure.skinning import Skin
 from layfigure.usd.names import joint_paths, unique_names
 
-REPOSITORY = Path(__file__).resolve().parents[2]
-sys.path.append(str(REPOSITORY / "tests/server"))  # one way to start a server for all tests
-from server_support.process import ServerProcess  # noqa: E402
-
-SCRIPT = Path(__file__).parent / "blender_support/import_take.py"
-IMPORT_TIMEOUT_S = 600.0
 FRAMES = 1000
 POSE_HZ = 50.0  # every 20 steps: a pose falls on each frame, so that frames are poses and nothing is between them
 HEAD_TOLERANCE = 1e-5  # [m] what animators need; single precision in Blender's chains of bones takes 1e-6
@@ -38,16 +25,9 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="session")
-def bpy_python() -> Path:
-    path = Path(os.environ.get("LAYFIGURE_BPY_PYTHON", sys.executable))
-    found = subprocess.run([path, "-c", "import bpy"], capture_output=True, check=False).returncode == 0
-    if not found:
-        pytest.skip(f"no bpy in {path}: name a Python with it in LAYFIGURE_BPY_PYTHON, see {Path(__file__).name}")
-    return path
-
-
-@pytest.fixture(scope="session")
-def take(bpy_python: Path, binary: Path, character: Path, tmp_path_factory: pytest.TempPathFactory) -> layfigure.Take:
+def take(
+    bpy_python: BpyPython, binary: Path, character: Path, tmp_path_factory: pytest.TempPathFactory
+) -> layfigure.Take:
     """A hand leads the doll's left hand round and round, past the yield of its arm, while another bends the trunk."""
     command = [binary, character, "--clock", "lockstep", "--broker", "0", "--pose-hz", POSE_HZ]
     with ServerProcess(list(map(str, command))) as server, layfigure.connect(server.url) as doll:
@@ -74,14 +54,9 @@ def skinned(take: layfigure.Take) -> tuple[np.ndarray, np.ndarray]:
     return positions, skin.skin(skin.motions(rotations, positions))
 
 
-def imported(bpy_python: Path, usd: Path, folder: Path) -> Mapping[str, np.ndarray]:
+def imported(bpy_python: BpyPython, usd: Path, folder: Path) -> Mapping[str, np.ndarray]:
     out = folder / "imported.npz"
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    command = [bpy_python, SCRIPT, usd, out]
-    result = subprocess.run(
-        command, env=environment, capture_output=True, text=True, timeout=IMPORT_TIMEOUT_S, check=False
-    )
-    assert out.is_file(), result.stdout + result.stderr
+    bpy_python.run("import_take.py", usd, out)
     with np.load(out) as arrays:
         return dict(arrays)
 
@@ -95,7 +70,7 @@ def farthest(a: np.ndarray, b: np.ndarray) -> float:
 def test_blender_poses_bones_and_skin_as_the_server_does(
     up_axis: Literal["Y", "Z"],
     meters_per_unit: float,
-    bpy_python: Path,
+    bpy_python: BpyPython,
     take: layfigure.Take,
     skinned: tuple[np.ndarray, np.ndarray],
     tmp_path: Path,

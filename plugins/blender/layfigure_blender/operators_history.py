@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The doll's history: undo, redo, the mirror, snapshots.
+
+Each of them that changes the doll is a step of Blender's undo too, which brings the doll with it: see
+Session.note_place().
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+from concurrent.futures import Future
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+from bpy.props import CollectionProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
+
+from layfigure import LayfigureError, Reply
+
+from . import sessions
+from .link import Sample
+from .live import live_session, sentence
+
+REPLY_TIMEOUT_S = 2.0  # of commands that take the server some ms; Blender stands still meanwhile
+MOST_LETTERS = 64  # bytes of a snapshot's name, in the server
+
+_listing: dict[str, Future[Reply]] = {}  # of snapshots, by session id
+_listed: set[str] = set()  # sessions whose snapshots were asked for
+
+
+def ask(operator: bpy.types.Operator, session: sessions.Session, name: str, /, **arguments: Any) -> Reply | None:
+    """The answer to a command; None if there is none, which the operator has reported then."""
+    try:
+        return session.link.send(name, **arguments).result(REPLY_TIMEOUT_S)
+    except concurrent.futures.TimeoutError:
+        operator.report({"ERROR"}, f"The doll's server did not answer '{name}' within {REPLY_TIMEOUT_S:g} s")
+    except LayfigureError as error:
+        operator.report({"ERROR"}, sentence(error))
+    return None
+
+
+def label_of(reply: Reply) -> str:
+    return next((result.text for result in reply.results if result.name == "label"), "")
+
+
+class _ChangesDoll:
+    """An operator that is one command, and one step of Blender's undo."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return live_session(cls, context) is not None
+
+    def change(self, context: bpy.types.Context, name: str, /, **arguments: Any) -> Reply | None:
+        session = sessions.active(context)
+        reply = ask(self, session, name, **arguments)
+        if reply is not None:
+            session.note_place()
+        return reply
+
+
+class LAYFIGURE_OT_undo(_ChangesDoll, bpy.types.Operator):
+    bl_idname = "layfigure.undo"
+    bl_label = "Undo of the Doll"
+    bl_description = "Put the doll back to before what a hand, or something else, last did to it"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        reply = self.change(context, "undo")
+        if reply is None:
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Undone: {label_of(reply)}")
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_redo(_ChangesDoll, bpy.types.Operator):
+    bl_idname = "layfigure.redo"
+    bl_label = "Redo of the Doll"
+    bl_description = "Do again to the doll what was undone last"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        reply = self.change(context, "redo")
+        if reply is None:
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Done again: {label_of(reply)}")
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_mirror(_ChangesDoll, bpy.types.Operator):
+    bl_idname = "layfigure.mirror"
+    bl_label = "Mirror"
+    bl_description = "Mirror the doll's pose, as a whole or of one side onto the other"
+
+    side: EnumProperty(  # type: ignore[valid-type]
+        name="Side",
+        items=(
+            ("both", "Both", "Exchange the poses of left and right"),
+            ("left", "Left to Right", "The right side gets the pose of the left one, mirrored"),
+            ("right", "Right to Left", "The left side gets the pose of the right one, mirrored"),
+        ),
+    )
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return {"CANCELLED"} if self.change(context, "mirror", side=self.side) is None else {"FINISHED"}
+
+
+# ---------------------------------------------------------------- snapshots
+
+
+class LayfigureSnapshot(bpy.types.PropertyGroup):
+    """Its name is the snapshot's."""
+
+
+class LayfigureSnapshots(bpy.types.PropertyGroup):
+    """Of the window manager, window_manager.layfigure_snapshots: neither saved nor undone, as the server keeps them."""
+
+    of: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]  # id of the session whose they are
+    names: CollectionProperty(type=LayfigureSnapshot)  # type: ignore[valid-type]
+    active: IntProperty(name="Snapshot")  # type: ignore[valid-type]
+
+
+def chosen_snapshot(context: bpy.types.Context, session: sessions.Session) -> str:
+    """The name that is active in the list; "" if there is none of this session."""
+    known = context.window_manager.layfigure_snapshots
+    return known.names[known.active].name if known.of == session.id and known.active < len(known.names) else ""
+
+
+def show_snapshots(session_id: str, reply: Reply, chosen: str = "") -> None:
+    known = bpy.context.window_manager.layfigure_snapshots
+    known.of = session_id
+    known.names.clear()
+    names = [result.text for result in reply.results if result.name == "name"]
+    for name in names:
+        known.names.add().name = name
+    known.active = names.index(chosen) if chosen in names else min(max(known.active, 0), max(len(names) - 1, 0))
+
+
+class _HasSnapshots:
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return live_session(cls, context) is not None
+
+    def refresh(self, session: sessions.Session, chosen: str = "") -> bool:
+        reply = ask(self, session, "snapshot", action="list")
+        if reply is not None:
+            show_snapshots(session.id, reply, chosen)
+        return reply is not None
+
+
+class _OfChosenSnapshot(_HasSnapshots):
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        session = live_session(cls, context)
+        if session is not None and not chosen_snapshot(context, session):
+            cls.poll_message_set("There is no snapshot: save one, or refresh the list")
+            return False
+        return session is not None
+
+    def wanted(self, context: bpy.types.Context) -> str:
+        return self.name or chosen_snapshot(context, sessions.active(context))
+
+
+class LAYFIGURE_OT_snapshot_save(_HasSnapshots, bpy.types.Operator):
+    bl_idname = "layfigure.snapshot_save"
+    bl_label = "Save Snapshot"
+    bl_description = "Keep the doll as it is under a name, beyond the end of the server and of Blender"
+    bl_options = {"REGISTER"}  # noqa: RUF012
+
+    name: StringProperty(name="Name", description="One that is there already is replaced", default="Pose")  # type: ignore[valid-type]
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        name = self.name.strip()
+        if not 0 < len(name.encode()) <= MOST_LETTERS:
+            self.report(
+                {"ERROR"}, f"The snapshot's name has {len(name.encode())} letters, expected 1 to {MOST_LETTERS}"
+            )
+            return {"CANCELLED"}
+        session = sessions.active(context)
+        done = ask(self, session, "snapshot", name=name) is not None and self.refresh(session, name)
+        return {"FINISHED"} if done else {"CANCELLED"}
+
+
+class LAYFIGURE_OT_snapshot_restore(_OfChosenSnapshot, bpy.types.Operator):
+    bl_idname = "layfigure.snapshot_restore"
+    bl_label = "Restore Snapshot"
+    bl_description = "Put the doll back to how it was kept"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    name: StringProperty(name="Name", options={"SKIP_SAVE"})  # type: ignore[valid-type]  # empty: the active one
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        session = sessions.active(context)
+        if ask(self, session, "snapshot", name=self.wanted(context), action="restore") is None:
+            return {"CANCELLED"}
+        session.note_place()
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_snapshot_remove(_OfChosenSnapshot, bpy.types.Operator):
+    bl_idname = "layfigure.snapshot_remove"
+    bl_label = "Remove Snapshot"
+    bl_description = "Forget the snapshot"
+    bl_options = {"REGISTER"}  # noqa: RUF012
+
+    name: StringProperty(name="Name", options={"SKIP_SAVE"})  # type: ignore[valid-type]  # empty: the active one
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        session = sessions.active(context)
+        removed = ask(self, session, "snapshot", name=self.wanted(context), action="remove") is not None
+        return {"FINISHED"} if self.refresh(session) and removed else {"CANCELLED"}
+
+
+class LAYFIGURE_OT_snapshot_refresh(_HasSnapshots, bpy.types.Operator):
+    bl_idname = "layfigure.snapshot_refresh"
+    bl_label = "Refresh Snapshots"
+    bl_description = "Read the names of the snapshots that are kept of this character"
+    bl_options = {"REGISTER"}  # noqa: RUF012
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return {"FINISHED"} if self.refresh(sessions.active(context)) else {"CANCELLED"}
+
+
+def on_sample(session: sessions.Session, _sample: Sample) -> None:
+    """Asks once, without waiting, what snapshots there are."""
+    if session.id not in _listed:
+        _listed.add(session.id)
+        _listing[session.id] = session.link.send("snapshot", action="list")
+    listing = _listing.get(session.id)
+    if listing is not None and listing.done():
+        del _listing[session.id]
+        if listing.exception() is None:
+            show_snapshots(session.id, listing.result())
+
+
+@persistent
+def on_load(*_: object) -> None:
+    _listing.clear()
+    _listed.clear()
+
+
+classes = (
+    LayfigureSnapshot,
+    LayfigureSnapshots,
+    LAYFIGURE_OT_undo,
+    LAYFIGURE_OT_redo,
+    LAYFIGURE_OT_mirror,
+    LAYFIGURE_OT_snapshot_save,
+    LAYFIGURE_OT_snapshot_restore,
+    LAYFIGURE_OT_snapshot_remove,
+    LAYFIGURE_OT_snapshot_refresh,
+)
+
+
+def register() -> None:
+    bpy.types.WindowManager.layfigure_snapshots = PointerProperty(type=LayfigureSnapshots)
+    sessions.add_listener(on_sample)
+    bpy.app.handlers.load_pre.append(on_load)
+
+
+def unregister() -> None:
+    bpy.app.handlers.load_pre.remove(on_load)
+    sessions.remove_listener(on_sample)
+    del bpy.types.WindowManager.layfigure_snapshots
+    on_load()

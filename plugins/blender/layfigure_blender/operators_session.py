@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Start, stop, connect again; the pose of the bones to the doll; the doll's rest pose."""
+
+from __future__ import annotations
+
+from concurrent.futures import TimeoutError as FutureTimeoutError
+
+import bpy
+
+from layfigure import LayfigureError
+
+from . import sessions
+from .export import ExportError
+from .rig import MisfitError
+from .server import ServerError
+
+ANSWER_TIMEOUT_S = 1.0  # Blender's window waits so long at most
+
+
+class LAYFIGURE_OT_start(bpy.types.Operator):
+    """Make a doll of the active armature and its meshes, and pose the armature by it"""
+
+    bl_idname = "layfigure.start"
+    bl_label = "Start"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _armature(context) is not None and sessions.active(context) is None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            sessions.start(context, _armature(context))
+        except (ExportError, LayfigureError, MisfitError, ServerError) as error:
+            self.report({"ERROR"}, _sentence(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_stop(bpy.types.Operator):
+    """End the doll; the armature keeps its pose"""
+
+    bl_idname = "layfigure.stop"
+    bl_label = "Stop"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return sessions.active(context) is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        sessions.active(context).stop()
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_reconnect(bpy.types.Operator):
+    """Connect again, with a new server if the former has ended; the doll takes the armature's pose"""
+
+    bl_idname = "layfigure.reconnect"
+    bl_label = "Reconnect"
+    bl_options = {"REGISTER"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return sessions.active(context) is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            sessions.active(context).reconnect()
+        except ServerError as error:
+            self.report({"ERROR"}, _sentence(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_push_pose(bpy.types.Operator):
+    """Give the doll the pose that the armature's bones have"""
+
+    bl_idname = "layfigure.push_pose"
+    bl_label = "Pose the Doll"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_live(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        session = sessions.active(context)
+        pushed = session.push_pose()
+        if pushed.done() and pushed.exception() is not None:
+            self.report({"ERROR"}, _sentence(pushed.exception()))
+            return {"CANCELLED"}
+        session.note_place(ANSWER_TIMEOUT_S)
+        return {"FINISHED"}
+
+
+class LAYFIGURE_OT_reset(bpy.types.Operator):
+    """Bring the doll, and with it the armature, to the rest pose"""
+
+    bl_idname = "layfigure.reset"
+    bl_label = "Rest Pose"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_live(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        session = sessions.active(context)
+        try:
+            session.link.send("reset").result(ANSWER_TIMEOUT_S)
+        except FutureTimeoutError:
+            self.report({"ERROR"}, "The server does not answer")
+            return {"CANCELLED"}
+        except LayfigureError as error:
+            self.report({"ERROR"}, _sentence(error))
+            return {"CANCELLED"}
+        session.note_place(ANSWER_TIMEOUT_S)
+        return {"FINISHED"}
+
+
+def _armature(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The active armature, or that of the active mesh."""
+    item = context.object
+    if item is None or item.type == "ARMATURE":
+        return item
+    return item.find_armature() if item.type == "MESH" else None
+
+
+def _is_live(context: bpy.types.Context) -> bool:
+    session = sessions.active(context)
+    return session is not None and session.live and session.link.state == "live"
+
+
+def _sentence(error: BaseException | None) -> str:
+    text = str(error)
+    return text[:1].upper() + text[1:]
+
+
+classes = (
+    LAYFIGURE_OT_start,
+    LAYFIGURE_OT_stop,
+    LAYFIGURE_OT_reconnect,
+    LAYFIGURE_OT_push_pose,
+    LAYFIGURE_OT_reset,
+)
