@@ -1,0 +1,172 @@
+"""Runs inside Blender: lets a test look at its state and set it, through a Unix socket.
+
+    blender --python control.py -- SOCKET
+
+Each line that comes is JSON, {"run": "statements", "value": "an expression"}; each answer is one line, {"value": ..} or
+{"error": "the traceback"}. Both run on the main thread, from a timer, as bpy requires, within one namespace that stays,
+and which begins with what this file defines. What a user does is done with mouse and keys instead, see window.py.
+"""
+
+import contextlib
+import json
+import socket
+import sys
+import time
+import traceback
+
+import bpy
+import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
+
+POLL_S = 0.005
+LINE_LIMIT = 1 << 20  # bytes
+
+# --- what tests use -------------------------------------------------------------------------------------------------
+
+
+def window():
+    return bpy.context.window_manager.windows[0]
+
+
+def view_area():
+    return max((a for a in window().screen.areas if a.type == "VIEW_3D"), key=lambda area: area.width)
+
+
+def region_of(area, kind):
+    return next(region for region in area.regions if region.type == kind)
+
+
+def in_view(kind="WINDOW"):
+    """A context in the 3D view, for operators that need one."""
+    area = view_area()
+    return bpy.context.temp_override(window=window(), area=area, region=region_of(area, kind))
+
+
+def on_screen(point):
+    """Where a point of the world is drawn: x to the right, y down, in pixels of the X display."""
+    area = view_area()
+    region = region_of(area, "WINDOW")
+    place = location_3d_to_region_2d(region, area.spaces.active.region_3d, Vector(point))
+    return [region.x + place.x, window().height - 1 - (region.y + place.y)]
+
+
+def rectangle(kind):
+    """The region of the 3D view on the X display: left, top, width, height in pixels."""
+    region = region_of(view_area(), kind)
+    return [region.x, window().height - (region.y + region.height), region.width, region.height]
+
+
+def bone_head(bone):
+    """Where the head of a bone of the only armature is in the world [m]."""
+    item = armature()
+    return list(item.matrix_world @ item.pose.bones[bone].head)
+
+
+def armature():
+    [item] = (item for item in bpy.context.scene.objects if item.type == "ARMATURE")
+    return item
+
+
+def load_character(path):
+    """A scene with nothing but a glTF file's character, its armature selected, seen from its front."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    with in_view():
+        bpy.ops.import_scene.gltf(filepath=path)
+        for item in bpy.context.scene.objects:
+            item.select_set(item.type == "ARMATURE")
+        bpy.context.view_layer.objects.active = armature()
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_all()
+
+
+def operator_under_mouse(kind):
+    """The Python call of the button that the mouse is over in a region of the 3D view; empty if there is none."""
+    manager = bpy.context.window_manager
+    manager.clipboard = ""
+    with in_view(kind), contextlib.suppress(RuntimeError):  # there is no button, or none with an operator
+        bpy.ops.ui.copy_python_command_button()
+    return manager.clipboard
+
+
+panel_draws = 0  # of the panels that are watched
+
+
+def watch_panels(tab):
+    """Counts the draws of the panels of one tab of the sidebar."""
+    global panel_draws
+    panel_draws = 0
+    for panel in bpy.types.Panel.__subclasses__():
+        if getattr(panel, "bl_category", "") == tab:
+            panel.append(_count_panel)
+
+
+def _count_panel(_panel, _context):
+    global panel_draws
+    panel_draws += 1
+
+
+class DrawWatch:
+    """Notes when the 3D view was drawn, and where a bone was then."""
+
+    def __init__(self, bone):
+        self.begin = bone_head(bone)
+        self.draws = []  # (monotonic time [s], x, y, z [m])
+        self.always = False  # one draw is to follow the other
+        self._bone = bone
+        self._handle = bpy.types.SpaceView3D.draw_handler_add(self._note, (), "WINDOW", "POST_PIXEL")
+
+    def _note(self):
+        self.draws.append((time.monotonic(), *bone_head(self._bone)))
+        if self.always:
+            view_area().tag_redraw()
+
+    def close(self):
+        bpy.types.SpaceView3D.draw_handler_remove(self._handle, "WINDOW")
+
+
+# --- the socket -----------------------------------------------------------------------------------------------------
+
+
+class Control:
+    def __init__(self, path):
+        self._listener = socket.socket(socket.AF_UNIX)
+        self._listener.bind(path)
+        self._listener.listen(1)
+        self._listener.setblocking(False)
+        self._peer = None
+        self._received = b""
+
+    def poll(self):
+        """Answers all that has come."""
+        with contextlib.suppress(BlockingIOError):
+            if self._peer is None:
+                self._peer, _ = self._listener.accept()
+                self._peer.setblocking(False)
+            while part := self._peer.recv(LINE_LIMIT):
+                self._received += part
+        while b"\n" in self._received:
+            line, _, self._received = self._received.partition(b"\n")
+            self._answer(json.dumps(evaluate(json.loads(line))).encode() + b"\n")
+        return POLL_S
+
+    def _answer(self, line):
+        self._peer.setblocking(True)
+        self._peer.sendall(line)
+        self._peer.setblocking(False)
+
+
+def evaluate(request):
+    try:
+        exec(request["run"], globals())
+        return {"value": eval(request["value"], globals())}
+    except Exception:  # whatever it is, the test is to see it
+        return {"error": traceback.format_exc()}
+
+
+np.bool = bool  # Debian's glTF importer asks for it by this name, which Debian's NumPy has dropped
+bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.use_save_prompt = False
+bpy.context.preferences.view.smooth_view = 0  # views are where they are to be at once
+bpy.app.timers.register(Control(sys.argv[-1]).poll, persistent=True)
