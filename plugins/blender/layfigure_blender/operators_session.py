@@ -11,6 +11,7 @@ from layfigure import LayfigureError
 
 from . import sessions
 from .export import ExportError
+from .live import live_session, posed_armature, sentence
 from .rig import MisfitError
 from .server import ServerError
 
@@ -26,13 +27,13 @@ class LAYFIGURE_OT_start(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return _armature(context) is not None and sessions.active(context) is None
+        return posed_armature(cls, context) is not None and sessions.active(context) is None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
-            sessions.start(context, _armature(context))
+            sessions.start(context, posed_armature(None, context))
         except (ExportError, LayfigureError, MisfitError, ServerError) as error:
-            self.report({"ERROR"}, _sentence(error))
+            self.report({"ERROR"}, sentence(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -68,7 +69,7 @@ class LAYFIGURE_OT_reconnect(bpy.types.Operator):
         try:
             sessions.active(context).reconnect()
         except ServerError as error:
-            self.report({"ERROR"}, _sentence(error))
+            self.report({"ERROR"}, sentence(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -82,13 +83,13 @@ class LAYFIGURE_OT_push_pose(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return _is_live(context)
+        return live_session(cls, context) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         session = sessions.active(context)
         pushed = session.push_pose()
         if pushed.done() and pushed.exception() is not None:
-            self.report({"ERROR"}, _sentence(pushed.exception()))
+            self.report({"ERROR"}, sentence(pushed.exception()))
             return {"CANCELLED"}
         session.note_place(ANSWER_TIMEOUT_S)
         return {"FINISHED"}
@@ -103,7 +104,7 @@ class LAYFIGURE_OT_reset(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return _is_live(context)
+        return live_session(cls, context) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         session = sessions.active(context)
@@ -113,28 +114,10 @@ class LAYFIGURE_OT_reset(bpy.types.Operator):
             self.report({"ERROR"}, "The server does not answer")
             return {"CANCELLED"}
         except LayfigureError as error:
-            self.report({"ERROR"}, _sentence(error))
+            self.report({"ERROR"}, sentence(error))
             return {"CANCELLED"}
         session.note_place(ANSWER_TIMEOUT_S)
         return {"FINISHED"}
-
-
-def _armature(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The active armature, or that of the active mesh."""
-    item = context.object
-    if item is None or item.type == "ARMATURE":
-        return item
-    return item.find_armature() if item.type == "MESH" else None
-
-
-def _is_live(context: bpy.types.Context) -> bool:
-    session = sessions.active(context)
-    return session is not None and session.live and session.link.state == "live"
-
-
-def _sentence(error: BaseException | None) -> str:
-    text = str(error)
-    return text[:1].upper() + text[1:]
 
 
 classes = (

@@ -20,6 +20,8 @@ from layfigure_blender import blender_events, sessions
 from mathutils import Euler, Matrix, Vector
 
 SAME_POSE = 1e-5  # [m], and entries of rotations
+# Likewise, of a doll that slept and was woken: asleep, each of its joints may be 1e-5 rad from where it comes to rest.
+SAME_REST = 1e-4
 NAMES = ["root", "upper", "lower", "tip"]
 
 
@@ -28,8 +30,8 @@ def evaluated(armature: bpy.types.Object) -> np.ndarray:
     return np.array([bone.matrix for bone in armature.pose.bones])
 
 
-def expect_same(a: np.ndarray, b: np.ndarray) -> None:
-    assert np.abs(a - b).max() < SAME_POSE, np.abs(a - b).max()
+def expect_same(a: np.ndarray, b: np.ndarray, tolerance: float = SAME_POSE) -> None:
+    assert np.abs(a - b).max() < tolerance, np.abs(a - b).max()
 
 
 def expect_different(a: np.ndarray, b: np.ndarray) -> None:
@@ -582,7 +584,7 @@ def undo_goes_through_the_session(_: Path) -> None:
     bpy.ops.ed.redo()
     world.wait(lambda: session.live, "the way on")
     world.settle(session)
-    expect_same(evaluated(bpy.data.objects["chain"]), posed)
+    expect_same(evaluated(bpy.data.objects["chain"]), posed, SAME_REST)
     bpy.ops.ed.undo()
     bpy.ops.ed.undo()
     sessions.tick()
