@@ -150,7 +150,7 @@ def arm(count: int = 4, length: float = 0.3) -> tuple[list[Bone], Mesh]:
         rest[:3, :3] = rotation.to_matrix(rotation.normalized(dice.normal(size=4)))
         rest[:3, 3] = [0.0, 0.0, length * b]
         bones.append(Bone(f"bone{b}", b - 1, rest))
-        points.append([*dice.uniform(-0.05, 0.05, (20, 3)), 0.0, 0.0, length * (b + 0.5)])
+        points.append(dice.uniform(-0.05, 0.05, (20, 3)) + np.array([0.0, 0.0, length * (b + 0.5)]))
         joints += [b] * 20
     return bones, skin(np.concatenate(points), joints)
 
@@ -158,11 +158,14 @@ def arm(count: int = 4, length: float = 0.3) -> tuple[list[Bone], Mesh]:
 def skin(points: np.ndarray, joints: list[int]) -> Mesh:
     return Mesh(
         name="skin",
-        color=np.zeros(3),
+        material=None,
         points=points.astype(np.float32),
         triangles=np.zeros((0, 3), np.int32),
         joint_indices=np.array(joints, np.int32)[:, None],
         joint_weights=np.ones((len(joints), 1), np.float32),
+        normals=None,
+        uvs=None,
+        wedges=np.zeros((0, 3), np.int32),
     )
 
 

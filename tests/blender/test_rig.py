@@ -29,7 +29,7 @@ def make_character(dice: np.random.Generator) -> Character:
         Joint(NAMES[j], PARENTS[j], offsets[j], rests[j], places[0, j], worlds[0, j], j != NO_BODY, 1.0, 1.0, 1.0)
         for j in range(count)
     )
-    return Character(0, 1, "made", "made.glb", 7, 1000.0, 60.0, "realtime", 0, joints)
+    return Character(0, 1, "made", "made.glb", "", 7, 1000.0, 60.0, "realtime", 0, joints)
 
 
 def generations_of(parents: tuple[int, ...]) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -53,11 +53,14 @@ def _mesh(mesh: bpy.types.Object, armature: bpy.types.Object, bones: Sequence[st
     placed = points.reshape(-1, 3).astype(np.float64)[moved] @ to_armature[:3, :3].T + to_armature[:3, 3]
     return Mesh(
         name=mesh.name,
-        color=np.zeros(3),
+        material=None,
         points=placed.astype(np.float32),
         triangles=np.zeros((0, 3), np.int32),
         joint_indices=joints[moved].astype(np.int32),
         joint_weights=(weights[moved] / sums[moved, None]).astype(np.float32),
+        normals=None,
+        uvs=None,
+        wedges=np.zeros((0, 3), np.int32),
     )
 
 

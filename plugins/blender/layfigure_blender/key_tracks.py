@@ -12,7 +12,7 @@ which is how Blender composes bones that inherit all of their parents' rotation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -345,6 +345,7 @@ def _character(bones: Sequence[Bone], turns: Floats, places: Floats) -> Characte
         server_id=0,
         name="",
         source_file="",
+        source_folder="",
         content_hash=0,
         physics_hz=0.0,
         pose_hz=0.0,
@@ -355,14 +356,7 @@ def _character(bones: Sequence[Bone], turns: Floats, places: Floats) -> Characte
 
 
 def _scaled(mesh: Mesh, factor: float) -> Mesh:
-    return Mesh(
-        name=mesh.name,
-        color=mesh.color,
-        points=np.asarray(mesh.points * factor, np.float32),
-        triangles=mesh.triangles,
-        joint_indices=mesh.joint_indices,
-        joint_weights=mesh.joint_weights,
-    )
+    return replace(mesh, points=np.asarray(mesh.points * factor, np.float32))
 
 
 def is_constant(numbers: Floats) -> bool:

@@ -44,7 +44,7 @@ def character_of(arrays: np.lib.npyio.NpzFile) -> layfigure.Character:
             *(arrays[key] for key in ("names", "parents", "places", "turns", "bind_places", "bind_turns")), strict=True
         )
     )
-    return layfigure.Character(0, 0, "doll", "", 0, 1000.0, 50.0, "lockstep", 0, joints)
+    return layfigure.Character(0, 0, "doll", "", "", 0, 1000.0, 50.0, "lockstep", 0, joints)
 
 
 def pose_of(root: np.ndarray, rotations: np.ndarray) -> layfigure.Pose:
