@@ -148,13 +148,18 @@ class Control:
                 self._received += part
         while b"\n" in self._received:
             line, _, self._received = self._received.partition(b"\n")
-            self._answer(json.dumps(evaluate(json.loads(line))).encode() + b"\n")
+            self._answer(json.dumps(evaluate(json.loads(line)), default=plain).encode() + b"\n")
         return POLL_S
 
     def _answer(self, line):
         self._peer.setblocking(True)
         self._peer.sendall(line)
         self._peer.setblocking(False)
+
+
+def plain(number):
+    """A scalar of NumPy's as Python's, for JSON."""
+    return number.item()
 
 
 def evaluate(request):
