@@ -64,10 +64,8 @@ class LAYFIGURE_OT_key_pose(bpy.types.Operator):
         if not bones:
             self.report({"ERROR"}, "No bone is selected: select the bones to be keyed in pose mode")
             return {"CANCELLED"}
-        try:
-            curves = BoneCurves.ensure(armature)
-        except ActionError as error:
-            self.report({"ERROR"}, sentence(error))
+        curves = curves_to_key(self, armature)
+        if curves is None:
             return {"CANCELLED"}
         frame = context.scene.frame_current_final
         movers = {bone.name for bone in moving_bones(armature, driven)}
@@ -79,6 +77,15 @@ class LAYFIGURE_OT_key_pose(bpy.types.Operator):
         session.note_place()
         self.report({"INFO"}, f"Keyed {len(bones)} bones on frame {frame:g}")
         return {"FINISHED"}
+
+
+def curves_to_key(operator: bpy.types.Operator, armature: bpy.types.Object) -> BoneCurves | None:
+    """None if there can be none, which has been reported then."""
+    try:
+        return BoneCurves.ensure(armature)
+    except ActionError as error:
+        operator.report({"ERROR"}, sentence(error))
+        return None
 
 
 def is_selected(bone: bpy.types.PoseBone) -> bool:
@@ -184,10 +191,8 @@ class LAYFIGURE_OT_record_stop(bpy.types.Operator):
         if not poses:
             self.report({"ERROR"}, "No pose came while recording: nothing was keyed")
             return {"CANCELLED"}
-        try:
-            curves = BoneCurves.ensure(armature)
-        except ActionError as error:
-            self.report({"ERROR"}, sentence(error))
+        curves = curves_to_key(self, armature)
+        if curves is None:
             return {"CANCELLED"}
         bones, driven = running.bones.bones, running.bones.driven
         frames = running.recording.first_frame + np.arange(len(poses), dtype=np.float64)
