@@ -1,9 +1,12 @@
 // libFuzzer's target: the bytes become a scene as a format's reader may deliver it, and the scene a rig.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 #include "convert.h"
 #include "rig_bytes.h"
@@ -48,12 +51,34 @@ Eigen::Affine3d take_pose(Bytes& bytes) {
   return pose;
 }
 
-SourceMesh take_mesh(Bytes& bytes, int nodes) {
+/// Normals, texture coordinates and material, each there or not; `vertices` of them.
+void take_looks(Bytes& bytes, int vertices, int materials, SourceMesh& mesh) {
+  const auto parts = bytes.take<std::uint8_t>();
+  mesh.material = bytes.index(materials + 1) - 1;
+  for (int v = 0; v < vertices && (parts & 1U) != 0U; ++v) {
+    mesh.normals.emplace_back(bytes.number(), bytes.number(), bytes.number());
+  }
+  for (int v = 0; v < vertices && (parts & 2U) != 0U; ++v) {
+    mesh.uvs.emplace_back(static_cast<float>(bytes.number()), static_cast<float>(bytes.number()));
+  }
+}
+
+void take_materials(Bytes& bytes, SourceScene& scene) {
+  for (int i = bytes.index(3); i > 0; --i) scene.images.push_back({"", "png", std::string(i, 'p')});
+  for (int m = bytes.index(4); m > 0; --m) {
+    Material material;
+    material.image = bytes.index(static_cast<int>(scene.images.size()) + 1) - 1;
+    scene.materials.push_back(std::move(material));
+  }
+}
+
+SourceMesh take_mesh(Bytes& bytes, int nodes, int materials) {
   SourceMesh mesh;
   mesh.name = std::string(1, static_cast<char>('a' + bytes.index(4)));
   mesh.node = bytes.index(nodes);
   const int vertices = 1 + bytes.index(12);
   for (int v = 0; v < vertices; ++v) mesh.vertices.emplace_back(bytes.number(), bytes.number(), bytes.number());
+  take_looks(bytes, vertices, materials, mesh);
   for (int t = bytes.index(12); t > 0; --t) {
     mesh.triangles.emplace_back(bytes.index(vertices), bytes.index(vertices), bytes.index(vertices));
   }
@@ -80,8 +105,9 @@ SourceScene take_scene(Bytes& bytes) {
     node.pose = n == 0 ? local : scene.nodes[node.parent].pose * local;
     scene.nodes.push_back(std::move(node));
   }
+  take_materials(bytes, scene);
   for (int m = bytes.index(4); m > 0; --m) {
-    scene.meshes.push_back(take_mesh(bytes, nodes));
+    scene.meshes.push_back(take_mesh(bytes, nodes, static_cast<int>(scene.materials.size())));
     scene.nodes[scene.meshes.back().node].has_object = true;
   }
   scene.world_from_file = take_pose(bytes);
@@ -93,6 +119,38 @@ SourceScene take_scene(Bytes& bytes) {
 
 void require(bool condition) {
   if (!condition) std::abort();
+}
+
+/// Indices are in range, and nothing is there that no mesh uses.
+void check_materials(const Rig& rig) {
+  std::vector<bool> used(rig.materials.size(), false);
+  for (const SkinnedMesh& mesh : rig.meshes) {
+    require(mesh.material >= -1 && mesh.material < static_cast<int>(rig.materials.size()));
+    if (mesh.material >= 0) used[mesh.material] = true;
+  }
+  for (const bool is_used : used) require(is_used);
+  for (const Material& material : rig.materials) {
+    require(material.image >= -1 && material.image < static_cast<int>(rig.images.size()));
+  }
+}
+
+/// Wedges are of the vertices of their corners, with unit normals.
+void check_wedges(const SkinnedMesh& mesh) {
+  const Wedges& wedges = mesh.wedges;
+  const std::size_t count = std::max(wedges.normals.size(), wedges.uvs.size());
+  require(wedges.normals.empty() || wedges.normals.size() == count);
+  require(wedges.uvs.empty() || wedges.uvs.size() == count);
+  require(count == 0 || count >= mesh.vertices.size());
+  require(wedges.triangles.empty() || wedges.triangles.size() == mesh.triangles.size());
+  require(count <= mesh.vertices.size() || !wedges.triangles.empty());
+  for (const auto& normal : wedges.normals) require(std::abs(normal.norm() - 1.0F) < 1e-5F);
+  for (std::size_t t = 0; t < wedges.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int wedge = wedges.triangles[t][k];
+      require(wedge >= 0 && wedge < static_cast<int>(count));
+      require(wedge >= static_cast<int>(mesh.vertices.size()) || wedge == mesh.triangles[t][k]);
+    }
+  }
 }
 
 /// What import_rig() promises of every rig.
@@ -108,12 +166,14 @@ void check(const Rig& rig) {
   for (const SkinnedMesh& mesh : rig.meshes) {
     require(!mesh.name.empty() && mesh.influences.size() == mesh.vertices.size());
     for (const auto& vertex : mesh.vertices) require(vertex.allFinite());
+    check_wedges(mesh);
     for (const auto& list : mesh.influences) {
       double total = 0.0;
       for (const Influence& influence : list) total += influence.weight;
       require(!list.empty() && std::abs(total - 1.0) < 1e-12);
     }
   }
+  check_materials(rig);
   const std::string bytes = to_bytes({rig, {}, {}});
   require(to_bytes(from_bytes(bytes)) == bytes);
 }
