@@ -164,14 +164,24 @@ Vector3d first_direction(NarrowScratch& scratch, const FaceRef& face) {
   return apart.isZero() ? Vector3d::UnitZ() : Vector3d(apart.normalized());
 }
 
-void set_separated(const Vector3d& normal, Manifold& manifold) {
-  manifold = Manifold{.face = manifold.face, .separating = normal, .points = {}};
+void place_vertices(NarrowScratch& scratch) {
+  for (PlacedCore& placed : scratch.cores) {
+    placed.vertices.clear();
+    for (const auto& v : placed.core->vertices) placed.vertices.push_back(placed.R * v + placed.p);
+  }
+}
+
+void set_separated(const Vector3d& normal, double apart, Manifold& manifold) {
+  manifold.separating = normal;
+  manifold.apart = apart;
+  manifold.count = 0;
 }
 
 void set_touching(const FaceRef& face, const Vector3d& normal, double layer, NarrowScratch& scratch,
                   Manifold& manifold) {
   manifold.face = face;
   manifold.separating.setZero();
+  manifold.apart = Manifold::kTouching;
   reduce(scratch.points, normal, layer, kPointHysteresis * smaller_size(scratch.cores), manifold);
 }
 
@@ -185,8 +195,6 @@ void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, con
     placed.shrunk = &shrunk;
     placed.R = R;
     placed.p = p;
-    placed.vertices.clear();
-    for (const auto& v : core.vertices) placed.vertices.push_back(R * v + p);
   };
   set(a, shrunk_a, Eigen::Matrix3d::Identity(), Vector3d::Zero(), scratch.cores[0]);
   set(b, shrunk_b, R_AB, p_AB, scratch.cores[1]);
@@ -194,15 +202,20 @@ void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, con
 
 void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
   const Cores& cores = scratch.cores;
-  const double reach = activity.distance + cores[0].core->radius + cores[1].core->radius;
-  if (!manifold.separating.isZero() && separation_along(cores, manifold.separating) > reach) return;
+  const double radii = cores[0].core->radius + cores[1].core->radius;
+  const double reach = activity.distance + radii;
+  if (!manifold.separating.isZero()) {
+    const double separation = unplaced_separation_along(cores, manifold.separating);
+    if (separation > reach) return set_separated(manifold.separating, separation - radii, manifold);
+  }
 
+  place_vertices(scratch);
   FaceSeparation face = largest_face_separation(cores, manifold.face, reach);
   const double sign = face.face.side == 0 ? -1.0 : 1.0;
   const bool has_face = face.face.side >= 0;
   const Vector3d face_normal =
       has_face ? Vector3d(sign * cores[face.face.side].normal(face.face.face)) : Vector3d::Zero();
-  if (face.separation > reach) return set_separated(face_normal, manifold);
+  if (face.separation > reach) return set_separated(face_normal, face.separation - radii, manifold);
 
   const double hysteresis = kFaceHysteresis * smaller_size(cores);
   FaceHeights least;
@@ -213,7 +226,7 @@ void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifol
   // No normal parts the cores by more than the distance of two of their points: then the face is the answer.
   if (!(least.inside <= face.separation + hysteresis)) {
     const EdgeSeparation edges = largest_edge_separation(scratch, first_direction(scratch, face.face));
-    if (edges.separation > reach) return set_separated(edges.normal, manifold);
+    if (edges.separation > reach) return set_separated(edges.normal, edges.separation - radii, manifold);
     const bool beside = least.all > std::max(edges.separation, face.separation) + hysteresis;
     if (edges.separation > face.separation + (beside ? -hysteresis : hysteresis)) {
       find_edge_points(edges, activity.distance, scratch);
@@ -228,14 +241,17 @@ void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifol
 void collide_with_plane(const Polytope& a, const Vector3d& normal, double offset, const Activity& activity,
                         NarrowScratch& scratch, Manifold& manifold) {
   scratch.points.clear();
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t v = 0; v < a.vertices.size(); ++v) {
     const double height = normal.dot(a.vertices[v]) - offset;
     const double gap = height - a.radius;
+    least = std::min(least, gap);
     if (gap > activity.distance) continue;
     const Vector3d below = a.vertices[v] - height * normal;
     scratch.points.push_back(
         {a.vertices[v] - a.radius * normal, below, normal, gap, feature_of(FeatureKind::kPlane, v)});
   }
+  manifold.apart = least > activity.distance ? least : Manifold::kTouching;
   reduce(scratch.points, normal, activity.layer, kPointHysteresis * (a.size + a.radius), manifold);
 }
 

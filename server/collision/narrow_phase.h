@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "polytope.h"
@@ -39,8 +40,11 @@ struct LocalPoint {
 
 /// The contact of a pair, and what its next test remembers of it.
 struct Manifold {
+  static constexpr double kTouching = -std::numeric_limits<double>::infinity();
+
   FaceRef face;                                         ///< that the points lie on; side -1 if they lie on edges
   Eigen::Vector3d separating{Eigen::Vector3d::Zero()};  ///< a's body frame: held the cores apart, where count is 0
+  double apart{kTouching};  ///< the shapes are at least so far apart, where that is beyond the activity distance [m]
   int count{0};
   std::array<LocalPoint, kMaxPoints> points;
 };
@@ -51,7 +55,7 @@ struct PlacedCore {
   const ShrunkCore* shrunk;
   Eigen::Matrix3d R;
   Eigen::Vector3d p;
-  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector3d> vertices;  ///< left to collide()
 
   [[nodiscard]] Eigen::Vector3d normal(int face) const { return R * core->faces[face].normal; }
   [[nodiscard]] Eigen::Vector3d center() const { return R * core->center + p; }
@@ -75,7 +79,7 @@ struct NarrowScratch {
   int direction_searches{0};
 };
 
-/// Places b in the scratch memory, in a's body frame, with a.
+/// Puts a in the scratch memory, and b in a's body frame.
 void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, const ShrunkCore& shrunk_b,
            const Eigen::Matrix3d& R_AB, const Eigen::Vector3d& p_AB, NarrowScratch& scratch);
 

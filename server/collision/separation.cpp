@@ -151,6 +151,18 @@ double separation_along(const Cores& cores, const Vector3d& n) {
   return low - high;
 }
 
+double unplaced_separation_along(const Cores& cores, const Vector3d& n) {
+  double sum = 0.0;
+  for (const int side : {0, 1}) {
+    const PlacedCore& placed = cores[side];
+    const Vector3d direction = placed.R.transpose() * (side == 0 ? n : Vector3d(-n));  // in the core's own frame
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& v : placed.core->vertices) least = std::min(least, direction.dot(v));
+    sum += least + (side == 0 ? n : Vector3d(-n)).dot(placed.p);
+  }
+  return sum;
+}
+
 FaceSeparation largest_face_separation(const Cores& cores, const FaceRef& preferred, double reach) {
   FaceSeparation best;
   if (preferred.side >= 0) try_face(cores, preferred.side, preferred.face, 0.0, best);

@@ -22,6 +22,9 @@ inline constexpr double kFaceHysteresis = 1e-5;
 /// min over a's vertices of n . v  -  max over b's vertices of n . v: a lower bound of the cores' signed distance.
 [[nodiscard]] double separation_along(const std::array<PlacedCore, 2>& cores, const Eigen::Vector3d& n);
 
+/// The same before the vertices have been placed: a third of the work.
+[[nodiscard]] double unplaced_separation_along(const std::array<PlacedCore, 2>& cores, const Eigen::Vector3d& n);
+
 /// A face and the signed distance of the other core from its plane.
 struct FaceSeparation {
   FaceRef face;

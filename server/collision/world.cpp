@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
+#include "moving_body.h"
 #include "narrow_phase.h"
-#include "sweep.h"
+#include "near_pairs.h"
+#include "shape_set.h"
 #include "validate.h"
 
 namespace layfigure::collision {
@@ -14,217 +17,102 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-struct Body {
-  Pose X_WB{};
-  Matrix3d R_WB{Matrix3d::Identity()};
-  double reach{0.0};
-  bool moved{false};  ///< since the last update, or its reach changed
-};
-
-// Shapes as the tests use them, in the frame of the body that carries them. `shape` is the definition's index.
-struct CoreShape {
-  int shape;
-  Polytope core;
-  ShrunkCore shrunk;
-};
-struct PlaneShape {
-  int shape;
-  Vector3d normal;
-  double offset;
-};
-
-/// Two shapes whose bounds are near each other. `a` is an index into the cores; `b` too, or into the planes.
-struct Candidate {
-  std::pair<int, int> shapes;
-  int a;
-  int b;
-  bool plane;
-};
-
-/// What a pair's last test gave. The world's points stand as long as neither body moves.
+/// What a listed pair's last test gave. The world's points stand as long as neither body moves.
 struct PairContact {
   std::pair<int, int> shapes;
+  bool tested{false};
+  /// The pair has no points, and needs no test, until its bodies have travelled so far in sum, their reaches included.
+  double apart_until{-std::numeric_limits<double>::infinity()};
   Manifold manifold;
   std::array<ContactPoint, kMaxPoints> points;
 };
 
-Box box_of(const Polytope& core, const Body& body, double margin) {
-  const Vector3d center = body.R_WB * core.box_center + body.X_WB.position;
-  const Vector3d half = body.R_WB.cwiseAbs() * core.box_half + Vector3d::Constant(margin);
-  return {center - half, center + half};
-}
-
-std::vector<std::pair<int, int>> sorted_pairs(std::vector<std::pair<int, int>> pairs) {
-  for (auto& [a, b] : pairs) {
-    if (a > b) std::swap(a, b);
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
-}
-
 }  // namespace
 
 struct World::Data {
-  Data(WorldDefinition given, const Data* other);
+  Data(WorldDefinition given, const Data* like);
 
-  void add(const Sphere& shape, int index) { add_core(make_polytope(shape, definition.shapes[index].X_BS), index); }
-  void add(const Capsule& shape, int index) { add_core(make_polytope(shape, definition.shapes[index].X_BS), index); }
-  void add(const ConvexHull& shape, int index);
-  void add(const Plane&, int index);
-  [[nodiscard]] const Polytope* core_of(int index, const ConvexHull& shape, const Pose& X_BS) const;
-  void add_core(Polytope core, int index);
+  [[nodiscard]] bool move(std::span<const Pose> X_WB, std::span<const double> reach);
+  void list_pairs(UpdateReport& report);
+  void test_pairs(UpdateReport& report);
+  [[nodiscard]] bool must_test(const NearPair& near, const PairContact& pair) const;
+  void test(const NearPair& near, PairContact& pair);
+  void collide_pair(const NearPair& near, Manifold& manifold);
+  void write_points(const NearPair& near, PairContact& pair);
 
-  [[nodiscard]] bool some_may_meet() const;
-  [[nodiscard]] bool may_meet(int shape_a, int shape_b) const;
-  [[nodiscard]] Body& carrier(int shape) { return bodies[definition.shapes[shape].body + 1]; }
-
-  bool move(std::span<const Pose> X_WB, std::span<const double> reach);
-  [[nodiscard]] Activity activity_of(const Candidate& candidate) {
-    const double reach = carrier(candidate.shapes.first).reach + carrier(candidate.shapes.second).reach;
-    return {.distance = definition.activity + reach, .layer = definition.activity};
+  [[nodiscard]] const MovingBody& body_a(const NearPair& near) const { return bodies[near.bodies.first]; }
+  [[nodiscard]] const MovingBody& body_b(const NearPair& near) const { return bodies[near.bodies.second]; }
+  [[nodiscard]] double travel_of(const NearPair& near) const { return body_a(near).travel + body_b(near).travel; }
+  [[nodiscard]] double reach_of(const NearPair& near) const { return body_a(near).reach + body_b(near).reach; }
+  [[nodiscard]] bool is_apart(const NearPair& near, const PairContact& pair) const {
+    return travel_of(near) + reach_of(near) < pair.apart_until;
   }
-  void find_near_cores(UpdateReport& report);
-  void find_near_planes(UpdateReport& report);
-  void test_candidates(UpdateReport& report);
-  void test(const Candidate& candidate, PairContact& pair);
-  void write_points(PairContact& pair);
 
-  const Data* like;            ///< while the shapes are added
-  WorldDefinition definition;  ///< its excluded pairs sorted
-  std::vector<Body> bodies;    ///< the world first
-  std::vector<CoreShape> cores;
-  std::vector<PlaneShape> planes;
-  bool active;       ///< there are shapes that may meet
-  bool fresh{true};  ///< nothing is remembered
+  ShapeSet shapes;
+  std::vector<MovingBody> bodies;  ///< the world first
+  bool active;                     ///< there are shapes that may meet
+  bool fresh{true};                ///< nothing is remembered
 
-  Sweep sweep;
-  std::vector<Box> boxes;  ///< of the cores, enlarged by half the activity distance
-  std::vector<std::pair<int, int>> overlapping;
-  std::vector<Candidate> candidates;
-  std::vector<PairContact> pairs;
+  NearPairs near_pairs;
+  std::vector<PairContact> pairs;  ///< those listed
   std::vector<PairContact> last_pairs;
   std::vector<ContactPoint> contacts;
   NarrowScratch scratch;
 };
 
-World::Data::Data(WorldDefinition given, const Data* other)
-    : like(other), definition(std::move(given)), bodies(definition.bodies + 1), sweep(0) {
-  definition.excluded = sorted_pairs(std::move(definition.excluded));
-  for (int i = 0; i < static_cast<int>(definition.shapes.size()); ++i) {
-    std::visit([&](const auto& shape) { add(shape, i); }, definition.shapes[i].shape);
-  }
-  sweep = Sweep(static_cast<int>(cores.size()));
-  boxes.resize(cores.size());
-  active = some_may_meet();
-  like = nullptr;
-}
-
-/// The hull's core, if there is that shape under that index.
-const Polytope* World::Data::core_of(int index, const ConvexHull& shape, const Pose& X_BS) const {
-  const auto found = std::ranges::find(cores, index, &CoreShape::shape);
-  if (found == cores.end()) return nullptr;
-  const ShapeDefinition& known = definition.shapes[index];
-  const auto* hull = std::get_if<ConvexHull>(&known.shape);
-  const bool same = hull != nullptr && hull->vertices == shape.vertices &&
-                    known.X_BS.rotation.coeffs() == X_BS.rotation.coeffs() && known.X_BS.position == X_BS.position;
-  return same ? &found->core : nullptr;
-}
-
-void World::Data::add(const ConvexHull& shape, int index) {
-  const Pose& X_BS = definition.shapes[index].X_BS;
-  const Polytope* known = like == nullptr ? nullptr : like->core_of(index, shape, X_BS);
-  add_core(known == nullptr ? make_polytope(shape, X_BS) : *known, index);
-}
-
-void World::Data::add(const Plane&, int index) {
-  const Pose& X_BS = definition.shapes[index].X_BS;
-  const Vector3d normal = X_BS.rotation.normalized() * Vector3d::UnitZ();
-  planes.push_back({index, normal, normal.dot(X_BS.position)});
-}
-
-void World::Data::add_core(Polytope core, int index) {
-  ShrunkCore shrunk(core);
-  cores.push_back({index, std::move(core), std::move(shrunk)});
-}
-
-bool World::Data::some_may_meet() const {
-  const auto& shapes = definition.shapes;
-  return std::any_of(shapes.begin(), shapes.end(), [&](const ShapeDefinition& shape) {
-    return shape.body != shapes.front().body && (shape.group == 0 || shape.group != shapes.front().group);
-  });
-}
-
-bool World::Data::may_meet(int shape_a, int shape_b) const {
-  const auto& a = definition.shapes[shape_a];
-  const auto& b = definition.shapes[shape_b];
-  if (a.body == b.body || (a.group != 0 && a.group == b.group)) return false;
-  return !std::binary_search(definition.excluded.begin(), definition.excluded.end(),
-                             std::pair<int, int>(std::minmax(a.body, b.body)));
+World::Data::Data(WorldDefinition given, const Data* like)
+    : shapes(std::move(given), like == nullptr ? nullptr : &like->shapes),
+      bodies(shapes.definition().bodies + 1),
+      active(shapes.some_may_meet()),
+      near_pairs(shapes) {
+  const std::vector<double> radii = shapes.radii();
+  for (std::size_t i = 0; i < bodies.size(); ++i) bodies[i].radius = radii[i];
 }
 
 /// Takes the poses and reaches over; true if any differs from the last one.
 bool World::Data::move(std::span<const Pose> X_WB, std::span<const double> reach) {
   bool any = fresh;
   for (std::size_t i = 0; i < X_WB.size(); ++i) {
-    Body& body = bodies[i + 1];
-    const Pose& to = X_WB[i];
+    MovingBody& body = bodies[i + 1];
     const double new_reach = reach.empty() ? 0.0 : reach[i];
-    body.moved = fresh || body.X_WB.position != to.position || body.X_WB.rotation.coeffs() != to.rotation.coeffs() ||
-                 body.reach != new_reach;
-    if (!body.moved) continue;
-    any = true;
-    body.X_WB = to;
-    body.reach = new_reach;
-    body.R_WB = to.rotation.normalized().toRotationMatrix();
+    fresh ? body.start(X_WB[i], new_reach) : body.move(X_WB[i], new_reach);
+    any = any || body.moved;
   }
+  fresh = false;
   return any;
 }
 
-void World::Data::find_near_cores(UpdateReport& report) {
-  for (std::size_t i = 0; i < cores.size(); ++i) {
-    const Body& body = carrier(cores[i].shape);
-    if (fresh || body.moved) boxes[i] = box_of(cores[i].core, body, 0.5 * definition.activity + body.reach);
-  }
-  overlapping.clear();
-  report.box_tests += sweep.find(boxes, overlapping);
-  for (auto [a, b] : overlapping) {
-    if (!may_meet(cores[a].shape, cores[b].shape)) continue;
-    if (definition.shapes[cores[a].shape].body == kWorldBody) std::swap(a, b);
-    candidates.push_back({{cores[a].shape, cores[b].shape}, a, b, false});
-  }
-}
-
-void World::Data::find_near_planes(UpdateReport& report) {
-  for (int p = 0; p < static_cast<int>(planes.size()); ++p) {
-    const PlaneShape& plane = planes[p];
-    const Body& body = carrier(plane.shape);
-    const Vector3d normal = body.R_WB * plane.normal;
-    const double highest = plane.offset + normal.dot(body.X_WB.position) + 0.5 * definition.activity + body.reach;
-    for (int c = 0; c < static_cast<int>(cores.size()); ++c) {
-      const Box& box = boxes[c];
-      ++report.box_tests;
-      const double lowest = 0.5 * (normal.dot(box.low + box.high) - normal.cwiseAbs().dot(box.high - box.low));
-      if (lowest > highest || !may_meet(cores[c].shape, plane.shape)) continue;
-      candidates.push_back({{cores[c].shape, plane.shape}, c, p, true});
-    }
-  }
-}
-
-/// Carries on what was remembered of each pair, and tests those of which a body moved.
-void World::Data::test_candidates(UpdateReport& report) {
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& p, const Candidate& q) { return p.shapes < q.shapes; });
+/// Lists the near pairs anew, and carries on what was remembered of each.
+void World::Data::list_pairs(UpdateReport& report) {
+  near_pairs.find(bodies, report);
   std::swap(pairs, last_pairs);
   pairs.clear();
+  auto last = last_pairs.begin();
+  for (const NearPair& near : near_pairs.list()) {
+    while (last != last_pairs.end() && last->shapes < near.shapes) ++last;
+    if (last != last_pairs.end() && last->shapes == near.shapes) {
+      pairs.push_back(*last);
+      continue;
+    }
+    PairContact& pair = pairs.emplace_back();
+    pair.shapes = near.shapes;
+    pair.apart_until = travel_of(near) + near.apart - shapes.definition().activity;
+  }
+}
+
+bool World::Data::must_test(const NearPair& near, const PairContact& pair) const {
+  return !pair.tested || body_a(near).moved || body_b(near).moved;
+}
+
+void World::Data::test_pairs(UpdateReport& report) {
   contacts.clear();
   scratch.direction_searches = 0;
-  auto last = last_pairs.begin();
-  for (const Candidate& candidate : candidates) {
-    while (last != last_pairs.end() && last->shapes < candidate.shapes) ++last;
-    const bool known = last != last_pairs.end() && last->shapes == candidate.shapes;
-    PairContact& pair = pairs.emplace_back(known ? *last : PairContact{candidate.shapes, {}, {}});
-    if (!known || carrier(candidate.shapes.first).moved || carrier(candidate.shapes.second).moved) {
-      test(candidate, pair);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const NearPair& near = near_pairs.list()[k];
+    PairContact& pair = pairs[k];
+    if (is_apart(near, pair)) continue;
+    if (must_test(near, pair)) {
+      test(near, pair);
       ++report.narrow_tests;
     }
     contacts.insert(contacts.end(), pair.points.begin(), pair.points.begin() + pair.manifold.count);
@@ -232,30 +120,38 @@ void World::Data::test_candidates(UpdateReport& report) {
   report.direction_searches = scratch.direction_searches;
 }
 
-void World::Data::test(const Candidate& candidate, PairContact& pair) {
-  const Body& body_a = carrier(candidate.shapes.first);
-  const Body& body_b = carrier(candidate.shapes.second);
-  const Matrix3d R_AB = body_a.R_WB.transpose() * body_b.R_WB;
-  const Vector3d p_AB = body_a.R_WB.transpose() * (body_b.X_WB.position - body_a.X_WB.position);
-  const CoreShape& a = cores[candidate.a];
-  if (candidate.plane) {
-    const PlaneShape& plane = planes[candidate.b];
-    const Vector3d normal_A = R_AB * plane.normal;
-    const double offset = plane.offset + normal_A.dot(p_AB);
-    collide_with_plane(a.core, normal_A, offset, activity_of(candidate), scratch, pair.manifold);
-  } else {
-    const CoreShape& b = cores[candidate.b];
-    place(a.core, a.shrunk, b.core, b.shrunk, R_AB, p_AB, scratch);
-    collide(activity_of(candidate), scratch, pair.manifold);
-  }
-  write_points(pair);
+void World::Data::test(const NearPair& near, PairContact& pair) {
+  collide_pair(near, pair.manifold);
+  pair.tested = true;
+  pair.apart_until = travel_of(near) + pair.manifold.apart - shapes.definition().activity;
+  write_points(near, pair);
 }
 
-void World::Data::write_points(PairContact& pair) {
-  const auto [shape_a, shape_b] = pair.shapes;
-  const auto& a = definition.shapes[shape_a];
-  const auto& b = definition.shapes[shape_b];
-  const Body& body = carrier(shape_a);
+void World::Data::collide_pair(const NearPair& near, Manifold& manifold) {
+  const double layer = shapes.definition().activity;
+  const Activity activity{.distance = layer + reach_of(near), .layer = layer};
+  const MovingBody& body = body_a(near);
+  const MovingBody& other = body_b(near);
+  const Matrix3d R_AB = body.R_WB.transpose() * other.R_WB;
+  const Vector3d p_AB = body.R_WB.transpose() * (other.X_WB.position - body.X_WB.position);
+  const CoreShape& a = shapes.cores()[near.a];
+  if (near.plane) {
+    const PlaneShape& plane = shapes.planes()[near.b];
+    const Vector3d normal_A = R_AB * plane.normal;
+    const double offset = plane.offset + normal_A.dot(p_AB);
+    collide_with_plane(a.core, normal_A, offset, activity, scratch, manifold);
+  } else {
+    const CoreShape& b = shapes.cores()[near.b];
+    place(a.core, a.shrunk, b.core, b.shrunk, R_AB, p_AB, scratch);
+    collide(activity, scratch, manifold);
+  }
+}
+
+void World::Data::write_points(const NearPair& near, PairContact& pair) {
+  const auto [shape_a, shape_b] = near.shapes;
+  const auto& a = shapes.definition().shapes[shape_a];
+  const auto& b = shapes.definition().shapes[shape_b];
+  const MovingBody& body = body_a(near);
   const double friction = std::sqrt(a.friction * b.friction);
   for (int k = 0; k < pair.manifold.count; ++k) {
     const LocalPoint& point = pair.manifold.points[k];
@@ -288,16 +184,13 @@ UpdateReport World::update(std::span<const Pose> X_WB, std::span<const double> r
   assert(reach.empty() || reach.size() == X_WB.size());
   Data& data = *data_;
   const auto bad = std::find_if_not(X_WB.begin(), X_WB.end(), is_rigid);
-  if (bad != X_WB.end() || static_cast<int>(X_WB.size()) != data.definition.bodies) {
+  if (bad != X_WB.end() || static_cast<int>(X_WB.size()) != data.shapes.definition().bodies) {
     return {.status = UpdateStatus::kBadPose, .bad_body = static_cast<int>(bad - X_WB.begin())};
   }
   UpdateReport report;
   if (!data.active || !data.move(X_WB, reach)) return report;
-  data.candidates.clear();
-  data.find_near_cores(report);
-  data.find_near_planes(report);
-  data.fresh = false;
-  data.test_candidates(report);
+  if (!data.near_pairs.hold(data.bodies)) data.list_pairs(report);
+  data.test_pairs(report);
   return report;
 }
 
@@ -308,6 +201,7 @@ std::span<const ContactPoint> World::contacts() const { return data_->contacts; 
 void World::forget() {
   data_->pairs.clear();
   data_->contacts.clear();
+  data_->near_pairs.forget();
   data_->fresh = true;
 }
 

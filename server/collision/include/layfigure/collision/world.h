@@ -27,7 +27,7 @@ enum class UpdateStatus {
 struct UpdateReport {
   UpdateStatus status{UpdateStatus::kOk};
   int bad_body{-1};           ///< the first whose pose was bad; the number of poses if there were too few or too many
-  int box_tests{0};           ///< pairs of shapes whose bounds were compared
+  int box_tests{0};           ///< pairs of shapes whose bounds were compared; none while a list of near pairs stands
   int narrow_tests{0};        ///< pairs of shapes that were tested exactly
   int direction_searches{0};  ///< of those, pairs of hulls whose separating direction had to be searched
 };
@@ -65,9 +65,10 @@ class World {
   /// Moves the bodies to X_WB, one pose per body, and finds the contacts within the activity distance. `reach` [m], if
   /// not empty one finite value >= 0 per body, is how far a body's surface may get before the next update: it is added
   /// to the activity distance of the pairs that the body is in, so that nothing fast is missed.
-  /// O(n) bounds and a sweep for n shapes; pairs neither of which moved keep their contacts untested; nothing at all is
-  /// done where no two shapes may meet. Allocates only where there are more near pairs or contacts than ever before.
-  /// Throws nothing else.
+  /// How far each body has gone is summed up, so that most is looked at only when it may matter: the sweep over the n
+  /// shapes' bounds when a body has gone 16 times its reach, a pair when its bodies have used up the distance that its
+  /// last test found. Pairs neither of which moved keep their contacts; nothing at all is done where no two shapes may
+  /// meet. Allocates only where there are more near pairs or contacts than ever before. Throws nothing else.
   [[nodiscard]] UpdateReport update(std::span<const Pose> X_WB, std::span<const double> reach = {});
 
   /// Some two shapes may meet: update() has something to do.
