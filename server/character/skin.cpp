@@ -135,6 +135,9 @@ std::vector<SkinnedMesh> make_meshes(const SourceScene& scene, const Skeleton& s
       warnings.push_back("mesh '" + source.name + "' is not skinned and hangs on no bone: left out");
     } else {
       meshes.push_back(make_mesh(source, skeleton.mesh_poses[index], skeleton, warnings));
+      if (!meshes.back().triangles.empty()) continue;
+      warnings.push_back("mesh '" + source.name + "' has no triangles with three different corners: left out");
+      meshes.pop_back();
     }
   }
   mend_winding(meshes, warnings);

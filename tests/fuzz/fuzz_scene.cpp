@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
@@ -117,8 +118,10 @@ SourceScene take_scene(Bytes& bytes) {
   return scene;
 }
 
-void require(bool condition) {
-  if (!condition) std::abort();
+void require(bool condition, int line = __builtin_LINE()) {
+  if (condition) return;
+  std::cerr << "fuzz_scene: what line " << line << " requires does not hold\n";
+  std::abort();
 }
 
 /// Indices are in range, and nothing is there that no mesh uses.

@@ -58,6 +58,24 @@ TEST(Convert, HelperNodes_AreFoldedIntoTheBones) {
   EXPECT_LT((rig.bones[2].bind.translation() - Vector3d(3, 0, 0)).norm(), kRounding);
 }
 
+TEST(Convert, MeshWhoseTrianglesAllAreLines_IsLeftOut) {
+  SourceScene scene = fbx_scene();
+  SourceMesh lines = scene.meshes[0];
+  lines.name = "hair";
+  lines.triangles = {{0, 1, 1}, {2, 2, 3}};
+  // A vertex with two texture coordinates would be two wedges, which no triangle has.
+  lines.vertices[1] = lines.vertices[0];
+  lines.uvs = {{0.0F, 0.0F}, {1.0F, 0.0F}, {0.0F, 1.0F}, {1.0F, 1.0F}};
+  scene.meshes.push_back(lines);
+  const Rig rig = convert(scene);
+  ASSERT_EQ(rig.meshes.size(), 1U);
+  EXPECT_EQ(rig.meshes[0].name, "skin");
+  ASSERT_FALSE(rig.warnings.empty());
+  EXPECT_EQ(rig.warnings.back(), "mesh 'hair' has no triangles with three different corners: left out");
+  scene.meshes.erase(scene.meshes.begin());
+  EXPECT_EQ(refusal(scene), "it has no triangles; export it with its mesh");
+}
+
 TEST(Convert, NodesPosedAtExport_BindsComeFromTheOffsets) {
   SourceScene scene = fbx_scene();
   const Affine3d turn(Eigen::AngleAxisd(1.0, Vector3d::UnitZ()));
