@@ -1,3 +1,4 @@
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -109,6 +110,45 @@ def test_fetch_meshes_that_never_come_gives_up(bus: Bus, server: ScriptedServer)
     connection = Connection(bus)
     with pytest.raises(NoReplyError, match="did not arrive whole"):
         connection.fetch_meshes(connection.fetch_character(), timeout_s=0.3)
+
+
+@pytest.fixture
+def one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Messages come as through a socket that holds no more than one."""
+    monkeypatch.setattr("layfigure.bus.bus._MAX_BATCH", 1)
+
+
+@pytest.mark.usefixtures("one_by_one")
+def test_own_work_with_a_mesh_is_not_counted_as_the_servers_silence(bus: Bus, server: ScriptedServer) -> None:
+    """A recorder takes in what comes before the reply does: a large mesh for longer than a reply is waited for."""
+    limit_s = 0.3
+    chunks: list[float] = []
+
+    def take_in(_: bytes) -> None:
+        chunks.append(time.monotonic())
+        time.sleep(2.0 * limit_s / len(synthetic.chunk_messages()))
+
+    bus.subscribe(MESH_CHANNEL, take_in)
+    connection = Connection(bus)
+    connection.fetch_character()
+    connection.command("get_mesh", timeout_s=limit_s)
+    assert chunks[-1] - chunks[0] > limit_s
+    assert server.command_names() == ["get_character", "get_mesh"]
+
+
+@pytest.mark.usefixtures("one_by_one")
+def test_client_that_is_flooded_gives_up_as_well(bus: Bus, server: ScriptedServer) -> None:
+    """It never comes to wait: each message that it handles brings another one."""
+
+    def answer(data: bytes) -> None:
+        time.sleep(0.01)
+        bus.publish(FORCE_CHANNEL, data)
+
+    server.unanswered = 1000
+    bus.subscribe(FORCE_CHANNEL, answer)
+    bus.publish(FORCE_CHANNEL, b"")
+    with pytest.raises(NoReplyError):
+        Connection(bus).command("key", timeout_s=0.05)
 
 
 def test_bad_message_is_counted_and_left_out(bus: Bus, server: ScriptedServer) -> None:

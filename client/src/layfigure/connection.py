@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import secrets
 import time
+from collections.abc import Callable
 
 import numpy as np
 
 from layfigure import codec
-from layfigure.bus import Bus
+from layfigure.bus import Bus, TimeLimit
 from layfigure.errors import NoReplyError, RefusedError
 from layfigure.mesh_assembly import MeshAssembly
 from layfigure.protocol import (
@@ -60,7 +61,7 @@ class Connection:
     def command(self, name: str, *arguments: Argument, timeout_s: float = REPLY_TIMEOUT_S) -> Reply:
         """Sends a command until it is answered: it carries its sequence number, so it is carried out once.
 
-        Raises RefusedError with the server's reason, or NoReplyError after `timeout_s`.
+        Raises RefusedError with the server's reason, or NoReplyError after `timeout_s`, see TimeLimit.
         """
         reply = self.ask(name, *arguments, timeout_s=timeout_s)
         if not reply.accepted:
@@ -102,7 +103,7 @@ class Connection:
     def fetch_character(self, timeout_s: float = REPLY_TIMEOUT_S) -> Character:
         self._character = None
         self.command("get_character", timeout_s=timeout_s)
-        if not self.bus.wait_until(lambda: self._character is not None, timeout_s):
+        if not self._wait_until(lambda: self._character is not None, TimeLimit(self.bus, timeout_s)):
             raise NoReplyError("the server accepted 'get_character' but sent no character it can be read from")
         assert self._character is not None
         return self._character
@@ -110,18 +111,18 @@ class Connection:
     def fetch_meshes(self, character: Character, timeout_s: float = MESH_TIMEOUT_S) -> tuple[Mesh, ...]:
         """The character's skinned meshes. Chunks that are lost on the way are asked for again."""
         self._assembly = assembly = MeshAssembly(character)
-        deadline = time.monotonic() + timeout_s
-        while time.monotonic() < deadline:
+        limit = TimeLimit(self.bus, timeout_s)
+        while limit.remaining_s > 0.0:
             missing = tuple(map(float, assembly.missing()))
             self.command("get_mesh", *([Argument("chunks", values=missing)] if missing else []))
-            if self._wait_for_chunks(assembly, deadline):
+            if self._wait_for_chunks(assembly, limit):
                 return assembly.meshes()
         raise NoReplyError(f"the mesh of '{character.name}' did not arrive whole within {timeout_s:g} s")
 
-    def _wait_for_chunks(self, assembly: MeshAssembly, deadline: float) -> bool:
+    def _wait_for_chunks(self, assembly: MeshAssembly, limit: TimeLimit) -> bool:
         """True if it is complete, False if no chunk comes any more: what is on its way is not asked for again."""
         before = -1
-        while before < assembly.chunk_count and time.monotonic() < deadline:
+        while before < assembly.chunk_count and limit.remaining_s > 0.0:
             before = assembly.chunk_count
             if self.bus.wait_until(lambda: assembly.complete, RESEND_AFTER_S):
                 return True
@@ -134,10 +135,17 @@ class Connection:
     def wait_for_status(self, timeout_s: float = REPLY_TIMEOUT_S) -> Status:
         """The next heartbeat."""
         self.status = None
-        if not self.bus.wait_until(lambda: self.status is not None, timeout_s):
+        if not self._wait_until(lambda: self.status is not None, TimeLimit(self.bus, timeout_s)):
             raise self.unheard("is heard", timeout_s)
         assert self.status is not None
         return self.status
+
+    def _wait_until(self, condition: Callable[[], bool], limit: TimeLimit) -> bool:
+        """Handles messages until `condition` holds; False if it does not within the limit."""
+        while not self.bus.wait_until(condition, limit.remaining_s):
+            if limit.remaining_s == 0.0:
+                return False
+        return True
 
     def listen_for_rivals(self) -> None:
         """Raises TwoServersError if a second server speaks on the bus, of which none was chosen."""
@@ -192,33 +200,30 @@ class PendingReply:
         self._name = name
         self._arguments = arguments
         self._time_us = _wall_clock_us()
-        self._timeout_s = timeout_s
-        self._deadline = time.monotonic() + timeout_s
-        self._resend_at = 0.0
+        self._limit = TimeLimit(connection.bus, timeout_s)
+        self._until_resend = TimeLimit(connection.bus, 0.0)
         self._sent_to: int | None = None  # 0: whichever server there is; None: not sent yet
 
     @property
     def due_in_s(self) -> float:
         """How long nothing but its answer has to be waited for; 0: call send_if_due()."""
-        now = time.monotonic()
-        remaining = max(self._deadline - now, 0.0)
         watch = self._connection.watch
         if self._sent_to is None or self._is_for_another(watch.current or 0):
-            return min(watch.unconfirmed_s, remaining)
-        return min(max(self._resend_at - now, 0.0), remaining)
+            return min(watch.unconfirmed_s, self._limit.remaining_s)
+        return min(self._until_resend.remaining_s, self._limit.remaining_s)
 
     def send_if_due(self) -> None:
         """Raises NoReplyError when the time is up, BusError if the connection is lost."""
         connection = self._connection
         if self.reply is not None or self.due_in_s > 0.0:
             return
-        if time.monotonic() >= self._deadline:
-            raise connection.unheard(f"answered '{self._name}'", self._timeout_s)
+        if self._limit.remaining_s == 0.0:
+            raise connection.unheard(f"answered '{self._name}'", self._limit.seconds)
         server_id = connection.watch.current or 0
         command = Command(self._time_us, server_id, connection.client_id, self.sequence, self._name, self._arguments)
         connection.bus.publish(COMMAND_CHANNEL, codec.encode_command(command))
         self._sent_to = server_id
-        self._resend_at = time.monotonic() + RESEND_AFTER_S
+        self._until_resend = TimeLimit(connection.bus, RESEND_AFTER_S)
 
     def _is_for_another(self, server_id: int) -> bool:
         """The server that it was sent to has gone."""

@@ -58,6 +58,7 @@ class Bus:
         self._last_complaint_s = float("-inf")
         self.bad_messages = 0  # that a handler could not decode
         self.problem = ""  # with the newest message, if it is one of them
+        self.handling_s = 0.0  # how long handlers have been at work in all
         self._lcm: lcm.LCM | None = None
         self._loss = ""  # how the connection was lost, until the caller has been told
         _warn_of_network(self.url)
@@ -180,6 +181,7 @@ class Bus:
             self._dispatch(handler, data)
 
     def _dispatch(self, handler: Handler, data: bytes) -> None:
+        start_s = time.monotonic()
         try:
             handler(data)
             self.problem = ""
@@ -189,6 +191,8 @@ class Bus:
             if time.monotonic() - self._last_complaint_s >= _LOG_INTERVAL_S:
                 self._last_complaint_s = time.monotonic()
                 _logger.warning("bad message left out: %s", error)
+        finally:
+            self.handling_s += time.monotonic() - start_s
 
     def _subscribe(self, connection: lcm.LCM, channel: str, handler: Handler) -> None:
         def collect(_: str, data: bytes) -> None:  # only collects, so that nothing is raised through lcm's C code
