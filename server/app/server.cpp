@@ -159,7 +159,7 @@ Server::Impl::Impl(doll::Doll doll, ServerSettings server_settings)
       broker(make_broker(settings)),
       url(broker ? broker->url() : settings.lcm_url),
       log(make_log(settings)),
-      bus({url, settings.channel_prefix, broker ? broker->key() : ""}, make_handlers(inbox)),
+      bus({url, settings.channel_prefix, broker.get()}, make_handlers(inbox)),
       sink(bus, log.get()),
       simulation(std::move(doll), settings.simulation, open_devices(settings, url)),
       poses(simulation, sink, settings.server_id),

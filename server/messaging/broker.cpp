@@ -13,7 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <random>
+#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -28,6 +28,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kDrainTime{500};
 constexpr int kDrainPollMs = 10;
+constexpr int kForever = -1;
+constexpr int kNoSocket = -1;
+// Places of what is polled.
+constexpr std::size_t kListener = 0;
+constexpr std::size_t kWakeUp = 1;
+constexpr std::size_t kFirstClient = 2;
 constexpr std::chrono::seconds kLogInterval{1};
 
 sockaddr_in loopback(std::uint16_t port) {
@@ -66,12 +72,8 @@ std::uint16_t bound_port(int listener) {
   return ntohs(address.sin_port);
 }
 
-/// Long enough that nobody guesses it.
-std::string random_key() {
-  std::random_device device;
-  std::string key(32, '\0');
-  for (char& byte : key) byte = static_cast<char>(device());
-  return key;
+std::shared_ptr<const Frame> make_frame(const tcpq::Publish& message) {
+  return std::make_shared<Frame>(Frame{message.channel, tcpq::frame(message), is_state_channel(message.channel)});
 }
 
 }  // namespace
@@ -85,12 +87,14 @@ struct Broker::Impl {
   /// Waits for something to do, at most `timeout_ms` (-1: for ever), or until a pause of a client is over.
   void poll_once(int timeout_ms);
   [[nodiscard]] int next_pause_end_ms(int timeout_ms, Clock::time_point now) const;
+  /// Does what poll_once() has found to be done; true if anything was to be relayed.
+  bool serve();
+  void post(std::shared_ptr<const Frame> frame);
+  bool relay_posted();
   void accept_clients();
-  /// Reads and relays; true if any client had sent something.
   bool read_clients();
-  void relay(tcpq::Publish message);
-  /// The key's channel alone is not relayed.
-  void take(BrokerClient& client, tcpq::Publish message);
+  void relay(const std::shared_ptr<const Frame>& frame);
+  void relay_to_routes(const Frame& frame);
   void flush_clients();
   void drop_closed_clients();
   void report(const std::string& problem);
@@ -100,14 +104,21 @@ struct Broker::Impl {
   const int listener;
   const std::uint16_t port;
   const int wake_up;
-  const std::string key;
   std::atomic<bool> stopping{false};
   std::atomic<std::int64_t> dropped_messages{0};
   std::atomic<std::int64_t> refused_clients{0};
   std::atomic<std::int64_t> pauses{0};
-  std::atomic<int> guests{0};  // clients but for the server's own
+  std::atomic<int> client_count{0};
+
+  std::mutex posted_mutex;
+  SendQueue posted;                       // by this process, not yet relayed
+  std::atomic<std::int64_t> unposted{0};  // for which it had no room
+  std::mutex attached_mutex;              // held while handlers are at work
+  std::vector<const Routes*> attached;
+
+  // of the broker's thread alone
   std::vector<std::unique_ptr<BrokerClient>> clients;
-  std::vector<pollfd> polled;
+  std::vector<pollfd> polled;  // the listener, the wake-up, then the clients in their order
   std::int64_t dropped_by_former_clients{0};
   std::int64_t pauses_of_former_clients{0};
   Clock::time_point next_log{};
@@ -119,7 +130,7 @@ Broker::Impl::Impl(std::uint16_t wanted_port, const SendLimits& send_limits)
       listener(listen_on_loopback(wanted_port)),
       port(bound_port(listener)),
       wake_up(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
-      key(random_key()),
+      posted(send_limits),
       thread([this] { run(); }) {}
 
 Broker::Impl::~Impl() {
@@ -132,24 +143,30 @@ Broker::Impl::~Impl() {
 
 void Broker::Impl::run() {
   while (!stopping) {
-    poll_once(-1);
-    accept_clients();
-    read_clients();
-    flush_clients();
-    drop_closed_clients();
+    poll_once(kForever);
+    serve();
   }
   drain();
 }
 
 void Broker::Impl::drain() {
   const Clock::time_point deadline = Clock::now() + kDrainTime;
-  while (read_clients() && Clock::now() < deadline) {
-  }
-  flush_clients();
+  do {
+    poll_once(0);
+  } while (serve() && Clock::now() < deadline);
   while (has_output() && Clock::now() < deadline) {
     poll_once(kDrainPollMs);
     flush_clients();
   }
+}
+
+bool Broker::Impl::serve() {
+  if (polled[kListener].revents != 0) accept_clients();
+  const bool posted_any = relay_posted();
+  const bool read_any = read_clients();
+  flush_clients();
+  drop_closed_clients();
+  return posted_any || read_any;
 }
 
 void Broker::Impl::poll_once(int timeout_ms) {
@@ -157,7 +174,8 @@ void Broker::Impl::poll_once(int timeout_ms) {
   polled.assign({{listener, POLLIN, 0}, {wake_up, POLLIN, 0}});
   for (const auto& client : clients) {
     const int events = (client->paused_until() > now ? 0 : POLLIN) | (client->has_output() ? POLLOUT : 0);
-    polled.push_back({client->socket(), static_cast<short>(events), 0});
+    // Who is paused and has left would be reported again and again.
+    polled.push_back({events != 0 ? client->socket() : kNoSocket, static_cast<short>(events), 0});
   }
   poll(polled.data(), polled.size(), next_pause_end_ms(timeout_ms, now));
 }
@@ -186,29 +204,56 @@ void Broker::Impl::accept_clients() {
   }
 }
 
+void Broker::Impl::post(std::shared_ptr<const Frame> frame) {
+  bool was_empty = false;
+  {
+    const std::lock_guard lock(posted_mutex);
+    was_empty = posted.empty();
+    const std::int64_t dropped_before = posted.dropped();
+    const bool fits = posted.push(std::move(frame));
+    unposted += posted.dropped() - dropped_before + (fits ? 0 : 1);
+  }
+  if (was_empty) eventfd_write(wake_up, 1);  // else the broker has been woken up already
+}
+
+bool Broker::Impl::relay_posted() {
+  eventfd_t count = 0;
+  if (polled[kWakeUp].revents != 0) eventfd_read(wake_up, &count);
+  SendQueue taken(limits);
+  {
+    const std::lock_guard lock(posted_mutex);
+    std::swap(taken, posted);
+  }
+  const bool any = !taken.empty();
+  while (const std::shared_ptr<const Frame> frame = taken.pop()) relay(frame);
+  return any;
+}
+
+/// Those that poll_once() found readable. Others may have requests that were read before a pause.
 bool Broker::Impl::read_clients() {
   bool any = false;
   const Clock::time_point now = Clock::now();
-  for (const auto& client : clients) {
-    any = (client->is_open() && client->paused_until() <= now && client->read()) || any;
-    while (std::optional<tcpq::Publish> message = client->next_message(now)) take(*client, std::move(*message));
+  for (std::size_t k = 0; k < clients.size(); ++k) {
+    BrokerClient& client = *clients[k];
+    const bool readable = kFirstClient + k < polled.size() && (polled[kFirstClient + k].revents & ~POLLOUT) != 0;
+    any = (readable && client.is_open() && client.paused_until() <= now && client.read()) || any;
+    while (const std::optional<tcpq::Publish> message = client.next_message(now)) relay(make_frame(*message));
   }
   return any;
 }
 
-void Broker::Impl::take(BrokerClient& client, tcpq::Publish message) {
-  if (message.channel != kBrokerKeyChannel) return relay(std::move(message));
-  if (std::ranges::equal(message.data, key, {}, {}, [](char c) { return static_cast<std::uint8_t>(c); })) {
-    client.trust();
-  }
+void Broker::Impl::relay(const std::shared_ptr<const Frame>& frame) {
+  relay_to_routes(*frame);
+  for (const auto& client : clients) client->deliver(frame);
 }
 
-void Broker::Impl::relay(tcpq::Publish message) {
-  auto frame = std::make_shared<Frame>();
-  frame->bytes = tcpq::frame(message);
-  frame->is_state = is_state_channel(message.channel);
-  frame->channel = std::move(message.channel);
-  for (const auto& client : clients) client->deliver(frame);
+void Broker::Impl::relay_to_routes(const Frame& frame) {
+  const std::lock_guard lock(attached_mutex);
+  for (const Routes* routes : attached) {
+    for (const Route& route : *routes) {
+      if (route.channel == frame.channel) route.take(tcpq::data_of(frame));
+    }
+  }
 }
 
 void Broker::Impl::flush_clients() {
@@ -231,7 +276,7 @@ void Broker::Impl::drop_closed_clients() {
   dropped_messages = dropped;
   pauses = paused;
   std::erase_if(clients, [](const auto& client) { return !client->is_open(); });
-  guests = static_cast<int>(std::ranges::count_if(clients, [](const auto& client) { return !client->is_trusted(); }));
+  client_count = static_cast<int>(clients.size());
 }
 
 void Broker::Impl::report(const std::string& problem) {
@@ -252,13 +297,25 @@ std::uint16_t Broker::port() const { return impl_->port; }
 
 std::string Broker::url() const { return "tcpq://127.0.0.1:" + std::to_string(impl_->port); }
 
-const std::string& Broker::key() const { return impl_->key; }
+void Broker::publish(std::string channel, Bytes bytes) {
+  impl_->post(make_frame({std::move(channel), std::move(bytes)}));
+}
 
-int Broker::clients() const { return impl_->guests; }
+void Broker::attach(const Routes& routes) {
+  const std::lock_guard lock(impl_->attached_mutex);
+  impl_->attached.push_back(&routes);
+}
+
+void Broker::detach(const Routes& routes) {
+  const std::lock_guard lock(impl_->attached_mutex);
+  std::erase(impl_->attached, &routes);
+}
+
+int Broker::clients() const { return impl_->client_count; }
 
 std::int64_t Broker::pauses() const { return impl_->pauses; }
 
-std::int64_t Broker::dropped_messages() const { return impl_->dropped_messages; }
+std::int64_t Broker::dropped_messages() const { return impl_->dropped_messages + impl_->unposted; }
 
 std::int64_t Broker::refused_clients() const { return impl_->refused_clients; }
 

@@ -59,7 +59,7 @@ std::optional<tcpq::Publish> BrokerClient::next_message(RateLimit::Clock::time_p
 
 /// Every request costs, whatever it is.
 bool BrokerClient::is_within_rate(RateLimit::Clock::time_point now) {
-  if (trusted_ || paused_until_ > now) return trusted_;
+  if (paused_until_ > now) return false;
   paused_until_ = kNoPause;
   const RateLimit::Clock::time_point ready = rate_.ready_at(now);
   if (ready <= now) return true;

@@ -32,12 +32,6 @@ class BrokerClient {
   [[nodiscard]] bool has_output() const { return sending_ != nullptr || !queue_.empty(); }
   [[nodiscard]] std::int64_t dropped_messages() const { return queue_.dropped(); }
 
-  /// Lifts the limit on the rate of its messages.
-  void trust() {
-    trusted_ = true;
-    paused_until_ = kNoPause;
-  }
-  [[nodiscard]] bool is_trusted() const { return trusted_; }
   static constexpr RateLimit::Clock::time_point kNoPause{};
   /// Until when nothing is read from it, as it sent too fast: TCP then slows it down. In the past: next_message() ends
   /// the pause.
@@ -73,7 +67,6 @@ class BrokerClient {
   std::string problem_;
   tcpq::Parser parser_;
   RateLimit rate_{kMaxMessageRate, kMaxMessageBurst};
-  bool trusted_{false};
   RateLimit::Clock::time_point paused_until_{kNoPause};
   std::int64_t pauses_{0};
   std::vector<Subscription> subscriptions_;

@@ -35,6 +35,8 @@ Bytes frame(const Publish& message) {
   return bytes;
 }
 
+ByteView data_of(const Frame& message) { return ByteView(message.bytes).subspan(3 * kWord + message.channel.size()); }
+
 void Parser::feed(ByteView bytes) {
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
   begin_ = 0;

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "layfigure/messaging/codec.h"
+#include "layfigure/messaging/send_queue.h"
 
 namespace layfigure::messaging::tcpq {
 
@@ -36,6 +37,8 @@ using Request = std::variant<Publish, Subscribe, Unsubscribe>;
 [[nodiscard]] Bytes greeting();
 /// A message as a server sends it.
 [[nodiscard]] Bytes frame(const Publish& message);
+/// The data of a message in that form.
+[[nodiscard]] ByteView data_of(const Frame& message);
 
 /// Cuts a client's byte stream into requests, whatever the pieces that it arrives in.
 class Parser {

@@ -44,7 +44,7 @@ constexpr std::size_t kSequenceAt = kTimeAt + 3 * 8;
 
 BusClient::BusClient(const std::string& url, std::chrono::milliseconds busy)
     : busy_(busy), id_("bench-" + std::to_string(getpid())) {
-  bus_ = std::make_unique<messaging::Bus>(messaging::BusSettings{.url = url, .channel_prefix = "", .broker_key = ""},
+  bus_ = std::make_unique<messaging::Bus>(messaging::BusSettings{.url = url, .channel_prefix = ""},
                                           messaging::Bus::Handlers{{Channel::kPose,
                                                                     [this](messaging::ByteView bytes) {
                                                                       receive_pose(bytes);

@@ -162,31 +162,117 @@ TEST(Bus, BothEndsOfATcpqLink_SendAtOnce) {
   EXPECT_EQ(delays, std::vector<int>(4, 1));
 }
 
-TEST(Bus, KeyOfTheBroker_MakesItNoClientAndIsNotRelayed) {
+/// A bus of the process that the broker is in.
+BusSettings own(Broker& broker) { return {.url = broker.url(), .channel_prefix = "", .broker = &broker}; }
+
+TEST(BusOfTheBrokersProcess, Publish_ReachesSubscribersWithTheSameBytes) {
   Broker broker(0);
-  LcmClient listener(broker.url());
-  listener.subscribe(".*");
-  Bus bus({broker.url(), "", broker.key()}, {});
-  bus.publish(Channel::kStatus, testing::sample_status());
-  ASSERT_EQ(listener.receive(1).size(), 1U);
-  EXPECT_EQ(listener.received()[0].channel, "LAYFIGURE_STATUS");
-  EXPECT_TRUE(eventually([&] { return broker.clients() == 1; }));
-  Bus other({broker.url(), "", "guessed"}, {});
-  EXPECT_TRUE(eventually([&] { return broker.clients() == 3; }));
+  LcmClient client(broker.url());
+  client.subscribe("LAYFIGURE_POSE");
+  Bus bus(own(broker), {});
+  bus.publish(Channel::kPose, testing::sample_pose());
+  ASSERT_EQ(client.receive(1).size(), 1U);
+  EXPECT_EQ(client.received()[0].data, bytes_of(testing::sample_pose()));
 }
 
-TEST(Bus, ServersOwn_MayPublishAtAnyRate) {
+TEST(BusOfTheBrokersProcess, Commands_ReachTheHandlerInOrder) {
+  Broker broker(0);
+  Commands commands;
+  const Bus bus(own(broker), commands.handlers());
+  LcmClient client(broker.url());
+  for (int i = 1; i <= 500; ++i) client.publish("LAYFIGURE_COMMAND", bytes_of(testing::make_command(i, "key")));
+  ASSERT_TRUE(eventually([&] { return commands.get().size() == 500; }));
+  const std::vector<std::int64_t> sequences = commands.get();
+  EXPECT_TRUE(std::ranges::is_sorted(sequences));
+}
+
+TEST(BusOfTheBrokersProcess, Publish_ReachesOtherBusesOfTheProcess) {
+  Broker broker(0);
+  Commands commands;
+  const Bus listener(own(broker), commands.handlers());
+  Bus bus(own(broker), {});
+  bus.publish(Channel::kCommand, testing::make_command(7, "key"));
+  ASSERT_TRUE(eventually([&] { return !commands.get().empty(); }));
+  EXPECT_EQ(commands.get(), std::vector<std::int64_t>{7});
+}
+
+TEST(BusOfTheBrokersProcess, HandlerThatThrows_DoesNotEndTheBroker) {
+  Broker broker(0);
+  std::atomic<int> calls{0};
+  const Bus bus(own(broker), {{Channel::kCommand, [&](ByteView) {
+                                 ++calls;
+                                 throw std::runtime_error("no good");
+                               }}});
+  LcmClient client(broker.url());
+  for (int i = 0; i < 3; ++i) client.publish("LAYFIGURE_COMMAND", "");
+  EXPECT_TRUE(eventually([&] { return calls == 3; }));
+}
+
+TEST(BusOfTheBrokersProcess, HandlerThatPublishes_IsAnswered) {
+  Broker broker(0);
+  std::unique_ptr<Bus> bus;
+  bus = std::make_unique<Bus>(
+      own(broker),
+      Bus::Handlers{{Channel::kCommand, [&](ByteView) { bus->publish(Channel::kReply, testing::sample_reply()); }}});
+  LcmClient client(broker.url());
+  client.subscribe("LAYFIGURE_REPLY");
+  client.publish("LAYFIGURE_COMMAND", "");
+  EXPECT_EQ(client.receive(1).size(), 1U);
+}
+
+TEST(BusOfTheBrokersProcess, OtherPrefix_HearsNothing) {
+  Broker broker(0);
+  Commands mine;
+  Commands other;
+  const Bus bus({broker.url(), "a_", &broker}, mine.handlers());
+  const Bus other_bus({broker.url(), "b_", &broker}, other.handlers());
+  LcmClient client(broker.url());
+  client.publish("b_LAYFIGURE_COMMAND", bytes_of(testing::make_command(1, "key")));
+  EXPECT_TRUE(eventually([&] { return !other.get().empty(); }));
+  EXPECT_TRUE(mine.get().empty());
+}
+
+TEST(BusOfTheBrokersProcess, Closed_HearsNoMore) {
+  Broker broker(0);
+  Commands commands;
+  LcmClient client(broker.url());
+  { const Bus bus(own(broker), commands.handlers()); }
+  client.publish("LAYFIGURE_COMMAND", bytes_of(testing::make_command(1, "key")));
+  client.synchronize();
+  EXPECT_TRUE(commands.get().empty());
+}
+
+TEST(BusOfTheBrokersProcess, IsNoClient) {
+  Broker broker(0);
+  const Bus bus(own(broker), {});
+  const LcmClient client(broker.url());
+  EXPECT_TRUE(eventually([&] { return broker.clients() == 1; }));
+}
+
+TEST(BusOfTheBrokersProcess, MayPublishAtAnyRate) {
+  Broker broker(0);
+  LcmClient client(broker.url());
+  client.subscribe("LAYFIGURE_REPLY");
+  client.synchronize();
+  const int count = static_cast<int>(kMaxMessageBurst) + 5000;
+  Bus bus(own(broker), {});
+  for (int i = 0; i < count; ++i) bus.publish(Channel::kReply, testing::sample_reply());
+  EXPECT_EQ(client.receive(static_cast<std::size_t>(count)).size(), static_cast<std::size_t>(count));
+  EXPECT_EQ(broker.pauses(), 0);
+  EXPECT_EQ(broker.dropped_messages(), 0);
+}
+
+TEST(BusOfTheBrokersProcess, BrokerDestroyed_HasSentEverythingThatWasPublished) {
   auto broker = std::make_unique<Broker>(0);
   LcmClient client(broker->url());
   client.subscribe("LAYFIGURE_REPLY");
   client.synchronize();
-  const int count = static_cast<int>(kMaxMessageBurst) + 5000;
   {
-    Bus bus({broker->url(), "", broker->key()}, {});
-    for (int i = 0; i < count; ++i) bus.publish(Channel::kReply, testing::sample_reply());
+    Bus bus(own(*broker), {});
+    for (int i = 0; i < 3000; ++i) bus.publish(Channel::kReply, testing::sample_reply());
   }
-  EXPECT_EQ(client.receive(static_cast<std::size_t>(count)).size(), static_cast<std::size_t>(count));
-  EXPECT_EQ(broker->pauses(), 0);
+  broker.reset();
+  EXPECT_EQ(client.receive(3000).size(), 3000U);
 }
 
 TEST(DefaultBusUrl, Environment_ComesFirst) {

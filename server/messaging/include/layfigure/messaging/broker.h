@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "layfigure/messaging/route.h"
 #include "layfigure/messaging/send_queue.h"
 
 namespace layfigure::messaging {
@@ -14,9 +15,6 @@ class BrokerError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-/// Never relayed: see Broker::key().
-inline constexpr const char* kBrokerKeyChannel = "LAYFIGURE_BROKER_KEY";
 
 /// A server of LCM's tcpq protocol on 127.0.0.1, for machines without multicast and for links that must not lose
 /// anything. It relays each published message to every client (the sender too) with a subscription, a regular
@@ -30,7 +28,7 @@ class Broker {
  public:
   /// Listens on 127.0.0.1:port; port 0 takes any free one. Throws BrokerError, e.g. if the port is busy.
   explicit Broker(std::uint16_t port, const SendLimits& limits = {});
-  /// Delivers what has arrived (for at most half a second), then disconnects everybody.
+  /// Delivers what was published and has arrived (for at most half a second), then disconnects everybody.
   ~Broker();
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
@@ -38,15 +36,21 @@ class Broker {
   [[nodiscard]] std::uint16_t port() const;
   /// tcpq://127.0.0.1:port
   [[nodiscard]] std::string url() const;
-  /// What a connection publishes on kBrokerKeyChannel to be read at any rate: that of the server itself. Random, known
-  /// to this process alone.
-  [[nodiscard]] const std::string& key() const;
 
-  /// Clients that are connected, without the server's own connections. Thread-safe.
+  /// Queues a message for all who listen and returns at once: the broker's thread sends it. Any rate is allowed; if the
+  /// broker does not keep up, the oldest state messages are dropped first. Thread-safe; allocates.
+  void publish(std::string channel, Bytes bytes);
+  /// From now on the routes' handlers are called on the broker's thread, which waits for them. `routes` must stay until
+  /// detach(). Thread-safe, but not from a handler.
+  void attach(const Routes& routes);
+  /// When this returns, no handler of these routes is at work or will be called.
+  void detach(const Routes& routes);
+
+  /// Clients that are connected. Thread-safe.
   [[nodiscard]] int clients() const;
   /// Times that a client was made to wait, as it sent too fast. Thread-safe.
   [[nodiscard]] std::int64_t pauses() const;
-  /// State messages that slow clients did not get. Thread-safe.
+  /// State messages that slow clients did not get, and what publish() had no room for. Thread-safe.
   [[nodiscard]] std::int64_t dropped_messages() const;
   /// Clients that were disconnected because they broke the protocol or fell too far behind. Thread-safe.
   [[nodiscard]] std::int64_t refused_clients() const;

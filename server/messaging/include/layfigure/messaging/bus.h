@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -9,8 +8,12 @@
 
 #include "layfigure/messaging/codec.h"
 #include "layfigure/messaging/protocol.h"
+#include "layfigure/messaging/route.h"
 
 namespace layfigure::messaging {
+
+class Broker;
+class Link;
 
 /// The bus could not be opened. what() is one line that names the URL and the mend.
 class BusError : public std::runtime_error {
@@ -21,7 +24,7 @@ class BusError : public std::runtime_error {
 struct BusSettings {
   std::string url;             ///< of LCM: udpm://.., tcpq://..; see default_bus_url()
   std::string channel_prefix;  ///< put before every channel's name, see is_channel_prefix()
-  std::string broker_key{};    ///< Broker::key() of the broker at the url, if it is this process's own
+  Broker* broker{nullptr};     ///< this process's own, which takes the place of the url; must outlive the bus
 };
 
 /// $LCM_DEFAULT_URL if set, else multicast that does not leave this machine (udpm, ttl 0).
@@ -30,18 +33,17 @@ struct BusSettings {
 /// How many networks away a udpm URL sends: 0 not beyond this machine, which is LCM's default; 0 for other URLs too.
 [[nodiscard]] int multicast_ttl(std::string_view url);
 
-/// A connection to an LCM bus with a thread that receives and one that sends, so that neither a slow network nor a slow
-/// subscriber can delay who publishes. Every tcpq socket has TCP_NODELAY. A tcpq server that is lost is reported and
-/// connected to again, about once a second.
+/// A place on an LCM bus. Neither a slow network nor a slow subscriber can delay who publishes: other threads send and
+/// receive. A tcpq server that is lost is reported and connected to again, about once a second; a broker of this
+/// process itself needs no connection, and cannot be lost.
 class Bus {
  public:
-  /// Called on the receive thread with a message's bytes, which are valid during the call only.
-  using Handler = std::function<void(ByteView)>;
-  using Handlers = std::map<Channel, Handler>;
+  /// Called on the receive thread, or the broker's.
+  using Handlers = std::map<Channel, MessageHandler>;
 
   /// Connects and subscribes. Throws BusError.
   Bus(const BusSettings& settings, Handlers handlers);
-  /// Sends what is queued (for at most about a second), then disconnects.
+  /// Sends what is queued (for at most about a second; a broker does so in its own destructor), then disconnects.
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
@@ -53,14 +55,14 @@ class Bus {
     publish_bytes(channel, encode(message));
   }
 
-  /// Messages that were dropped because the bus did not keep up, of whatever channel.
+  /// Messages that were dropped because the bus did not keep up, of whatever channel. A broker counts its own.
   [[nodiscard]] std::int64_t dropped_messages() const;
 
  private:
   void publish_bytes(Channel channel, Bytes bytes);
 
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::string prefix_;
+  std::unique_ptr<Link> link_;
 };
 
 }  // namespace layfigure::messaging
