@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from e2e_support import NO_DEFAULT_BUS, REPOSITORY, TIMEOUT_S, RunClient
 from pxr import Usd
-from server_support.process import ServerProcess, StartServer
+from server_support.process import ServerProcess, StartServer, keepable_port
 
 import layfigure
 from layfigure.usd.checks import check
@@ -122,12 +122,12 @@ def test_poses_end_when_the_server_leaves(start_server: StartServer) -> None:
 
 
 def test_doll_goes_on_with_a_restarted_server(start_server: StartServer) -> None:
-    first = start_server("--clock", "lockstep")
+    port = keepable_port()
+    first = start_server("--clock", "lockstep", "--broker", port)
     with layfigure.connect(first.url) as doll:
         assert doll.step(200).step > 100
         first.process.kill()
         first.process.wait()
-        port = first.url.rpartition(":")[2]
         start_server("--clock", "lockstep", "--broker", port)
         doll.wait(0.1)
         assert doll.next_pose().step == 17

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from e2e_support import ClientProcess, StartClient
 from pxr import Usd
-from server_support.process import ServerProcess, StartServer
+from server_support.process import ServerProcess, StartServer, keepable_port
 
 from layfigure.bus import read_events
 from layfigure.errors import LayfigureError
@@ -74,7 +74,8 @@ def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(
     random_moments = random.Random(SEED)
     (tmp_path / "hold.toml").write_text(SESSION)
     log = tmp_path / "take.recording.lcmlog"
-    server: ServerProcess = start_server()
+    port = keepable_port()
+    server: ServerProcess = start_server("--broker", port)
     for number in range(KILLS):
         victim = random_moments.choice(("server", "recorder", "player"))
         moment_s = random_moments.uniform(0.0, LONGEST_S)
@@ -95,7 +96,7 @@ def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(
             finish(recorder, tmp_path, acknowledged)
         else:
             server.process.kill()
-            server = start_server("--broker", server.url.rpartition(":")[2])
+            server = start_server("--broker", port)
             wait_for_more(log, acknowledged)  # the recorder has found the new one
             finish(recorder, tmp_path, acknowledged)
         player.finish(signal.SIGKILL)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from e2e_support import REPOSITORY, ClientProcess, RunClient, StartClient, wait_for_hold, wait_for_poses
-from server_support.process import StartServer
+from server_support.process import StartServer, keepable_port
 
 from layfigure.take_collector import read_take
 from layfigure.usd.checks import check
@@ -64,11 +64,12 @@ def test_record_ctrl_c_again_and_again_while_it_writes_loses_nothing(
 def test_record_killed_and_restarted_server_goes_on_in_the_same_take(
     start_server: StartServer, start_client: StartClient, tmp_path: Path
 ) -> None:
-    server = start_server()
+    port = keepable_port()
+    server = start_server("--broker", port)
     recorder = start_recording(start_client, server.url, 10, tmp_path)
     server.process.kill()
     assert "lost the server: waiting for it" in recorder.error_line()
-    start_server("--broker", server.url.rpartition(":")[2])
+    start_server("--broker", port)
     assert "the server is back" in recorder.error_line()
     wait_for_poses(tmp_path / "take.recording.lcmlog", 60)
     assert recorder.finish(signal.SIGINT)[0] == 0

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import random
+import socket
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 TIMEOUT_S = 30.0  # for a machine under load; never waited for in a test that passes
 GREETING = "listening on "
+NEVER_GIVEN_PORTS = range(20_000, 32_000)  # Linux gives from 32768 on, other systems from 49152
 
 
 class ServerProcess:
@@ -41,6 +45,20 @@ class ServerProcess:
         """Exit code and what was written on stderr."""
         _, error = self.process.communicate(timeout=TIMEOUT_S)
         return self.process.returncode, error
+
+
+def keepable_port() -> int:
+    """A free port for a server that is started again on it.
+
+    Not one of those that the kernel gives to others' connections: such a one may have an owner by then.
+    """
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        for port in random.sample(NEVER_GIVEN_PORTS, len(NEVER_GIVEN_PORTS)):
+            with contextlib.suppress(OSError):
+                listener.bind(("127.0.0.1", port))
+                return port
+    raise RuntimeError("no port is free")
 
 
 StartServer = Callable[..., ServerProcess]  # (option, ...)
