@@ -96,6 +96,7 @@ def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(
             finish(recorder, tmp_path, acknowledged)
         else:
             server.process.kill()
+            server.process.wait()  # until then it may hold its port
             server = start_server("--broker", port)
             wait_for_more(log, acknowledged)  # the recorder has found the new one
             finish(recorder, tmp_path, acknowledged)
