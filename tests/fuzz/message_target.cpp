@@ -164,7 +164,7 @@ std::string MessageTarget::fingerprint() {
   append(out, simulation_.state());
   append(out, simulation_.yielding_joints());
   append(out, simulation_.doll().definition.gravity);
-  append(out, simulation_.history().undoable());
+  append(out, simulation_.history().place());
   append(out, simulation_.hands().pose_drives().count());
   for (std::size_t body = 0; body < simulation_.doll().definition.bodies.size(); ++body) {
     append(out, simulation_.doll().definition.bodies[body]);
