@@ -1,4 +1,4 @@
-"""A server in use for long under tools that see what tests do not: memory errors and leaks, and races of threads.
+"""A server in use for long, also under tools that see what tests do not: memory errors and leaks, and races of threads.
 
 LAYFIGURE_SOAK_SECONDS says how long each (20; an hour before a release). LAYFIGURE_TSAN_SERVER names a server of the
 CMake preset tsan, if it is not at build/tsan.
@@ -25,12 +25,13 @@ PATIENCE_S = 300.0  # for an answer of an instrumented server, whose hardest ste
 FOUND = 66  # exit code of a server in which something was found
 # So slow a server steps less often; what it does in a step is the same.
 OPTIONS = ("--broker", "0", "--physics-hz", "100", "--pose-hz", "50")
+MAX_GROWTH_MB = 24.0  # of the resident memory after the first fifth: what can be undone, and the heap's spread
 BONES = ("hand.L", "hand.R", "foot.L", "head", "chest")
 
 
-def use(client: Client, connect: Connect, server: ServerProcess, seconds: float) -> int:
+def use(client: Client, connect: Connect, server: ServerProcess, seconds: float, seed: int = 1) -> int:
     """All that clients do, at random, for so long; returns the number of commands."""
-    choose = random.Random(1)
+    choose = random.Random(seed)
     commands = 0
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -58,6 +59,7 @@ def use(client: Client, connect: Connect, server: ServerProcess, seconds: float)
             visitor = connect(server)  # comes and goes
             visitor.timeout_s = PATIENCE_S
             visitor.command("key")
+            visitor.close()
         for _ in range(10):
             client.point([choose.uniform(-0.3, 0.3) for _ in range(3)], pointer)
         client.poll()
@@ -77,6 +79,34 @@ def soak(command: list[str], environment: dict[str, str], connect: Connect) -> s
         _, log = server.process.communicate(timeout=PATIENCE_S)
         assert server.process.returncode == 0, log
         return str(log)
+
+
+def resident_mb(server: ServerProcess) -> float:
+    pages = Path(f"/proc/{server.process.pid}/statm").read_text().split()[1]
+    return int(pages) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+@pytest.mark.slow
+def test_soak_at_full_rate_keeps_the_memory(binary: Path, character: Path, connect: Connect) -> None:
+    with ServerProcess([str(binary), str(character), "--broker", "0"]) as server:
+        client = connect(server)
+        client.timeout_s = PATIENCE_S
+        commands = use(client, connect, server, SECONDS / 5)
+        settled_mb = resident_mb(server)
+        first = client.wait_for("status_t")
+        commands += use(client, connect, server, SECONDS * 4 / 5, seed=2)
+        grown_mb = resident_mb(server) - settled_mb
+        last = client.wait_for("status_t")
+        print(
+            f"{commands} commands, {last.steps} steps of which {last.late_steps} late, {last.dropped_time:.3f} s "
+            f"dropped, {last.poses} poses; memory {settled_mb:.1f} MB {grown_mb:+.2f} MB"
+        )
+        assert last.clients <= 2  # this one, and perhaps a visitor that has just left
+        assert grown_mb < MAX_GROWTH_MB
+        assert last.steps > first.steps
+        assert last.poses > first.poses
+        client.command("shutdown")
+        assert server.wait()[0] == 0
 
 
 @pytest.mark.slow

@@ -112,6 +112,11 @@ class Client:
             self._connected = False
         return self._connected
 
+    def close(self) -> None:
+        """Disconnects now, and not when it is collected; nothing else can be done with it afterwards."""
+        self._connected = False
+        del self._lcm
+
     def drain(self) -> None:
         """Receives until the connection is lost."""
         deadline = time.monotonic() + TIMEOUT_S
