@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import struct
 import threading
 import time
 
@@ -43,6 +44,20 @@ def test_connect_tcpq_sends_at_once(broker: Broker) -> None:
         assert bus._lcm is not None
         with socket.socket(fileno=os.dup(bus._lcm.fileno())) as duplicate:
             assert duplicate.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) == 1
+
+
+def packets_sent(connection: socket.socket) -> int:
+    """With data in them: tcpi_data_segs_out of the kernel's struct tcp_info."""
+    return int(struct.unpack_from("I", connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 256), 156)[0])
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_CORK"), reason="needs Linux")
+def test_publish_message_is_one_packet(broker: Broker) -> None:
+    with Bus(broker.url) as bus, socket.socket(fileno=os.dup(bus.fileno())) as connection:
+        before = packets_sent(connection)
+        for _ in range(10):
+            bus.publish("NEWS", b"a message")
+        assert packets_sent(connection) - before == 10
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def test_main_inspect_draws_and_passes_remarks_on(
     monkeypatch.setattr("layfigure.doll_picture._PANEL_HEIGHT", 100)
     monkeypatch.chdir(tmp_path)
     program = write_inspector(tmp_path / "server", "layfigure-server: using the settings beside the character: x\n")
-    assert main(["inspect", "a.glb", "-o", "doll.png", "--server", str(program)]) == 0
+    assert main(["inspect", "a.glb", "-o", "doll.png", "--server-program", str(program)]) == 0
     output = capsys.readouterr()
     assert output.out == "doll.png: 2 bodies, 3 kg\n"
     assert output.err == "layfigure-server: using the settings beside the character: x\n"
@@ -189,19 +189,23 @@ def test_main_inspect_draws_and_passes_remarks_on(
 
 def test_cli_inspect_servers_refusal_is_the_clients(cli: Cli, tmp_path: Path) -> None:
     program = write_program(tmp_path / "server", "", "layfigure-server: a.glb: no such file\n", exit_code=1)
-    result = cli("inspect", "a.glb", "-o", "doll.png", "--server", program)
+    result = cli("inspect", "a.glb", "-o", "doll.png", "--server-program", program)
     assert_one_line_error(result, 1, "layfigure: a.glb: no such file")
     assert not (tmp_path / "doll.png").exists()
 
 
 def test_cli_inspect_silent_failure_tells_the_exit_code(cli: Cli, tmp_path: Path) -> None:
     program = write_program(tmp_path / "server", "", exit_code=7)
-    assert_one_line_error(cli("inspect", "a.glb", "-o", "doll.png", "--server", program), 1, "exit code 7")
+    assert_one_line_error(cli("inspect", "a.glb", "-o", "doll.png", "--server-program", program), 1, "exit code 7")
 
 
 def test_cli_inspect_program_that_is_no_server_fails_in_one_line(cli: Cli, tmp_path: Path) -> None:
     program = write_program(tmp_path / "server", "hello\n")
-    assert_one_line_error(cli("inspect", "a.glb", "-o", "d.png", "--server", program), 1, "no doll that can be drawn")
+    assert_one_line_error(
+        cli("inspect", "a.glb", "-o", "d.png", "--server-program", program), 1, "no doll that can be drawn"
+    )
     (tmp_path / "text").write_text("no program\n")
     (tmp_path / "text").chmod(0o755)
-    assert_one_line_error(cli("inspect", "a.glb", "-o", "d.png", "--server", tmp_path / "text"), 1, "cannot be run")
+    assert_one_line_error(
+        cli("inspect", "a.glb", "-o", "d.png", "--server-program", tmp_path / "text"), 1, "cannot be run"
+    )

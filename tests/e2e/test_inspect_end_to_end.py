@@ -13,7 +13,7 @@ from PIL import Image
 def test_inspect_draws_the_doll_of_a_character(
     binary: Path, character: Path, client: RunClient, tmp_path: Path
 ) -> None:
-    result = client("inspect", character, "-o", "doll.png", "--server", binary)
+    result = client("inspect", character, "-o", "doll.png", "--server-program", binary)
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.startswith("doll.png: 17 bodies, ")
     picture = np.asarray(Image.open(tmp_path / "doll.png").convert("RGB")).astype(int)
@@ -26,14 +26,14 @@ def test_inspect_uses_the_settings_beside_the_character_and_says_so(
 ) -> None:
     own = Path(shutil.copy(character, tmp_path / "doll.glb"))
     (tmp_path / "doll.doll.toml").write_text("total_mass = 7.5\n")
-    result = client("inspect", own, "-o", "doll.png", "--server", binary)
+    result = client("inspect", own, "-o", "doll.png", "--server-program", binary)
     assert result.returncode == 0
     assert "using the settings beside the character" in result.stderr
     assert result.stdout == "doll.png: 17 bodies, 7.5 kg\n"
 
 
 def test_inspect_bad_character_fails_in_one_line(binary: Path, client: RunClient, tmp_path: Path) -> None:
-    result = client("inspect", "none.glb", "-o", "doll.png", "--server", binary)
+    result = client("inspect", "none.glb", "-o", "doll.png", "--server-program", binary)
     assert result.returncode == 1
     assert result.stderr.count("\n") == 1
     assert result.stderr.startswith("layfigure: ")

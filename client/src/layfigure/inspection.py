@@ -47,8 +47,8 @@ def find_server(named: Path | None) -> str:
     if found is not None:
         return found
     if named is not None:
-        raise LayfigureError(f"'{named}' is no program that can be run: --server names {SERVER}")
-    raise LayfigureError(f"there is no {SERVER} in PATH: name it with --server")
+        raise LayfigureError(f"'{named}' is no program that can be run: --server-program names {SERVER}")
+    raise LayfigureError(f"there is no {SERVER} in PATH: name it with --server-program")
 
 
 def inspect_character(server: str, character: Path, settings: Path | None) -> tuple[InspectedDoll, str]:

@@ -13,7 +13,7 @@ from layfigure.cli.progress import ProgressLine
 EPILOG = """\
 examples:
   layfigure inspect doll.glb -o doll.png
-  layfigure inspect doll.glb -o soft.png --doll soft.toml --server build/release/server/app/layfigure-server
+  layfigure inspect doll.glb -o soft.png --doll soft.toml --server-program build/release/server/app/layfigure-server
 
 'layfigure-server --inspect doll.glb' tells the same as a table.
 """
@@ -31,7 +31,9 @@ def add_parsers(subparsers: Any) -> None:
     parser.add_argument("character", metavar="CHARACTER", type=Path)
     parser.add_argument("-o", "--out", metavar="OUT.png", type=Path, required=True)
     parser.add_argument("--doll", metavar="SETTINGS.toml", type=Path, help="as of layfigure-server")
-    parser.add_argument("--server", metavar="PROGRAM", type=Path, help="layfigure-server (default: the one in PATH)")
+    parser.add_argument(
+        "--server-program", metavar="PROGRAM", type=Path, help="layfigure-server (default: the one in PATH)"
+    )
     parser.set_defaults(run=run)
 
 
@@ -40,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
     from layfigure.inspection import find_server, inspect_character
 
     check_picture_name(options.out, ".png")
-    doll, remarks = inspect_character(find_server(options.server), options.character, options.doll)
+    doll, remarks = inspect_character(find_server(options.server_program), options.character, options.doll)
     print(remarks, end="", file=sys.stderr)
     with ProgressLine() as line:
 
