@@ -54,6 +54,13 @@ class Peer:
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
+    def wait_for_silence(self, seconds: float = 0.5) -> None:
+        """Until no command has come for so long: the driver has said its last word."""
+        count = -1
+        while len(self.commands) > count:
+            count = len(self.commands)
+            time.sleep(seconds)
+
     def stop(self) -> None:
         self._stop.set()
         self._thread.join()
@@ -86,12 +93,18 @@ def test_forces_reach_the_device_and_the_last_command_lets_go(broker: str, check
     config = tmp_path / "left.toml"
     config.write_text('device_id = "left"\nmax_force = 2.0\nmax_torque = 0.05\n')
     peer = Peer(broker, "left")
+    deadline = time.monotonic() + TIMEOUT_S
     try:
-        result = run_check(check, "lcm", "--lcm-url", broker, "--device-config", config, "--seconds", "1")
+        while True:
+            result = run_check(check, "lcm", "--lcm-url", broker, "--device-config", config, "--seconds", "1")
+            assert "ok      it exerts the force asked for: 1 N" in result.stdout, result.stdout + result.stderr
+            peer.wait_for_silence()
+            forces = np.array([command.force for command in peer.commands])
+            # It is asked for in one tick among many, and newest wins: a machine under load may pass over that tick.
+            if (forces[:, 2] == 1.0).any() or time.monotonic() >= deadline:
+                break
     finally:
         peer.stop()
-    assert "ok      it exerts the force asked for: 1 N" in result.stdout, result.stdout + result.stderr
-    forces = np.array([command.force for command in peer.commands])
     assert [command.device_id for command in peer.commands] == ["left"] * len(peer.commands)
     assert np.isfinite(forces).all()
     assert (forces[:, 2] == 1.0).any(), "half of the largest, on purpose"
