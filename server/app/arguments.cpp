@@ -20,6 +20,11 @@ std::string quoted(std::string_view name) { return "argument '" + std::string(na
 
 }  // namespace
 
+std::optional<Eigen::Quaterniond> unit_quaternion(std::span<const double, 4> wxyz) {
+  const Eigen::Quaterniond rotation(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  return std::abs(rotation.norm() - 1.0) <= kUnitTolerance ? std::optional(rotation.normalized()) : std::nullopt;
+}
+
 Arguments::Arguments(const command_t& command, std::span<const std::string_view> names) : command_(command) {
   for (const argument_t& argument : command.arguments) {
     if (std::ranges::find(names, argument.name) == names.end()) {

@@ -1,5 +1,4 @@
 /// The commands of hands: what pointers and pins do to the doll.
-#include <cmath>
 #include <limits>
 #include <string>
 
@@ -18,7 +17,6 @@ constexpr double kMinAngularStiffness = 1e-12;  // [N m/rad], so that what is he
 constexpr double kMaxOffset = 1e3;              // [m] of a held point from its bone
 constexpr double kMaxDistance = 1e6;            // [m] in the world, as of a pointer
 constexpr double kMaxGravity = 1e4;             // [m/s^2]
-constexpr double kUnitTolerance = 1e-3;         // a quaternion further from unit length is no rounding error
 constexpr std::int64_t kMaxPinId = std::numeric_limits<int>::max();
 
 int pointer_argument(const Arguments& arguments) {
@@ -50,12 +48,12 @@ std::optional<double> angular_stiffness_argument(const Arguments& arguments, boo
 std::optional<PointerPose> pose_argument(const Arguments& arguments, std::string_view name) {
   const std::span<const double> given = arguments.numbers(name, 7, kMaxDistance);
   if (given.empty()) return std::nullopt;
-  const Eigen::Quaterniond rotation(given[3], given[4], given[5], given[6]);
-  if (std::abs(rotation.norm() - 1.0) > kUnitTolerance) {
+  const std::optional<Eigen::Quaterniond> rotation = unit_quaternion(given.subspan<3, 4>());
+  if (!rotation) {
     throw Refusal("argument '" + std::string(name) +
                   "' has a rotation that is no unit quaternion, expected x y z w x y z");
   }
-  return PointerPose{.position = {given[0], given[1], given[2]}, .rotation = rotation.normalized()};
+  return PointerPose{.position = {given[0], given[1], given[2]}, .rotation = *rotation};
 }
 
 std::vector<double> to_vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <iostream>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "layfigure/device/open.h"
 #include "layfigure/doll/settings.h"
@@ -38,96 +42,69 @@ Examples:
 
 Exit codes: 0 done, 1 failed, 2 wrong usage.)";
 
-/// Checks for a number in [min, max]; unlike CLI::Range it says what it expects, and refuses "nan".
-CLI::Validator number_in(double min, double max) {
-  std::ostringstream range;
-  range << "a number from " << min << " to " << max;
+/// Refuses what does not hold with "'TEXT' is " and what it is not.
+CLI::Validator check(std::function<bool(const std::string&)> holds, std::string otherwise) {
   return CLI::Validator(
-      [=, expected = range.str()](const std::string& text) -> std::string {
-        double value = 0.0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool is_number = error == std::errc{} && end == text.data() + text.size();
-        return is_number && value >= min && value <= max ? "" : "'" + text + "' is not " + expected;
+      [holds = std::move(holds), otherwise = std::move(otherwise)](const std::string& text) -> std::string {
+        return holds(text) ? "" : "'" + text + "' is " + otherwise;
       },
       "");
+}
+
+/// The number that is all of the text.
+template <class Number>
+std::optional<Number> parse(const std::string& text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// Unlike CLI::Range it says what it expects, and refuses "nan".
+CLI::Validator number_in(double min, double max) {
+  std::ostringstream otherwise;
+  otherwise << "not a number from " << min << " to " << max;
+  return check(
+      [=](const std::string& text) {
+        const std::optional<double> value = parse<double>(text);
+        return value && *value >= min && *value <= max;
+      },
+      otherwise.str());
 }
 
 CLI::Validator port_number() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        std::uint16_t port = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-        const bool is_port = error == std::errc{} && end == text.data() + text.size();
-        return is_port ? "" : "'" + text + "' is not a port from 0 to 65535";
-      },
-      "");
+  return check([](const std::string& text) { return parse<std::uint16_t>(text).has_value(); },
+               "not a port from 0 to 65535");
 }
 
-CLI::Validator clock_kind() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text == "realtime" || text == "lockstep" ? "" : "'" + text + "' is not realtime or lockstep";
-      },
-      "");
+CLI::Validator one_of(std::vector<std::string> words, std::string otherwise) {
+  return check([words = std::move(words)](const std::string& text) { return std::ranges::count(words, text) > 0; },
+               std::move(otherwise));
 }
 
-CLI::Validator passivity_kind() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text == "off" || text == "each" || text == "together" ? ""
-                                                                     : "'" + text + "' is not off, each or together";
-      },
-      "");
+CLI::Validator file_ending_in(const std::string& ending, const std::string& kind) {
+  return check([=](const std::string& text) { return text.ends_with(ending); },
+               "no " + kind + ": its name ends in " + ending);
 }
 
 CLI::Validator channel_prefix() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return messaging::is_channel_prefix(text) ? ""
-                                                  : "'" + text + "' is not at most 40 letters, digits and underscores";
-      },
-      "");
-}
-
-CLI::Validator settings_file() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text.ends_with(".toml") ? "" : "'" + text + "' is no settings file: its name ends in .toml";
-      },
-      "");
-}
-
-CLI::Validator log_file() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text.ends_with(".lcmlog") ? "" : "'" + text + "' is no event log: its name ends in .lcmlog";
-      },
-      "");
+  return check(messaging::is_channel_prefix, "not at most 40 letters, digits and underscores");
 }
 
 CLI::Validator device_kind() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text == "none" || device::is_device_kind(text)
-                   ? ""
-                   : "'" + text + "' is not none, spidar-g6, spidar-g6x3, spidar-g6x4, spidar-g6x5, lcm or a PLUGIN.so";
-      },
-      "");
+  return check([](const std::string& text) { return text == "none" || device::is_device_kind(text); },
+               "not none, spidar-g6, spidar-g6x3, spidar-g6x4, spidar-g6x5, lcm or a PLUGIN.so");
 }
 
 CLI::Validator lcm_url() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        return text.starts_with("udpm://") || text.starts_with("tcpq://")
-                   ? ""
-                   : "'" + text + "' is not an LCM URL: udpm://ADDRESS:PORT?ttl=N or tcpq://HOST:PORT";
-      },
-      "");
+  return check([](const std::string& text) { return text.starts_with("udpm://") || text.starts_with("tcpq://"); },
+               "not an LCM URL: udpm://ADDRESS:PORT?ttl=N or tcpq://HOST:PORT");
 }
 
 void add_simulation_options(CLI::App& app, Options& options, std::string& clock) {
   SimulationSettings& simulation = options.server.simulation;
-  app.add_option("--clock", clock, "realtime or lockstep [realtime]")->check(clock_kind())->type_name("CLOCK");
+  app.add_option("--clock", clock, "realtime or lockstep [realtime]")
+      ->check(one_of({"realtime", "lockstep"}, "not realtime or lockstep"))
+      ->type_name("CLOCK");
   app.add_option("--physics-hz", simulation.physics_hz, "physics steps per second of simulation time [1000]")
       ->check(number_in(kMinPhysicsHz, kMaxPhysicsHz))
       ->type_name("HZ");
@@ -179,7 +156,7 @@ void add_device_options(CLI::App& app, ServerSettings& server, double& haptic_hz
   app.add_option("--passivity", passivity,
                  "damping where a device would put out energy that its hand, or all together, did not put in: off, "
                  "each or together [off]")
-      ->check(passivity_kind())
+      ->check(one_of({"off", "each", "together"}, "not off, each or together"))
       ->type_name("WHOSE")
       ->needs(devices);
 }
@@ -193,7 +170,7 @@ void add_inspect_options(CLI::App& app, Options& options, std::filesystem::path&
       app.add_option("--write-settings", settings_target,
                      "with --inspect: every value of the doll as settings, to FILE [CHARACTER.doll.toml]")
           ->expected(0, 1)
-          ->check(settings_file())
+          ->check(file_ending_in(".toml", "settings file"))
           ->type_name("[FILE.toml]")
           ->needs(inspect);
   app.add_flag("--force", options.force, "with --write-settings: replace a file that is there")->needs(write);
@@ -210,7 +187,7 @@ void add_character_options(CLI::App& app, Options& options, bool replays) {
 void add_log_options(CLI::App& app, Options& options) {
   CLI::Option* log =
       app.add_option("--log", options.server.log, "write all that is taken in and published to FILE, an LCM event log")
-          ->check(log_file())
+          ->check(file_ending_in(".lcmlog", "event log"))
           ->type_name("FILE.lcmlog");
   app.add_option("--replay", options.replay,
                  "play such a log again, as fast as can be, and compare every pose; CHARACTER may be left out")

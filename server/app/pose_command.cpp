@@ -1,6 +1,5 @@
 /// The way in for whole poses: puppets, motion capture, files.
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <string>
 
@@ -16,7 +15,6 @@ constexpr double kMinDuration = 1e-4;    // [s]
 constexpr double kMaxDuration = 3600.0;  // [s]
 constexpr double kMinTorque = 1e-9;      // [N m]
 constexpr double kMaxTorque = 1e9;       // [N m]
-constexpr double kUnitTolerance = 1e-3;  // a quaternion further from unit length is no rounding error
 
 struct BoneRotation {
   int bone;
@@ -40,13 +38,12 @@ std::vector<BoneRotation> rotations_argument(const Arguments& arguments, std::si
                     ", expected indices from 0 to " + std::to_string(bones - 1));
     }
     const int bone = arguments.has("joints") ? static_cast<int>(joints[k]) : static_cast<int>(k);
-    const double* q = &numbers[4 * k];
-    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-    if (std::abs(rotation.norm() - 1.0) > kUnitTolerance) {
+    const std::optional<Eigen::Quaterniond> rotation = unit_quaternion(numbers.subspan(4 * k).first<4>());
+    if (!rotation) {
       throw Refusal("argument 'rotations': that of joint " + std::to_string(bone) + " is no unit quaternion w x y z");
     }
     if (!seen.insert(bone).second) throw Refusal("argument 'joints' has " + std::to_string(bone) + " twice");
-    rotations.push_back({bone, rotation.normalized()});
+    rotations.push_back({bone, *rotation});
   }
   return rotations;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <initializer_list>
 #include <layfigure/argument_t.hpp>
@@ -18,6 +19,12 @@ class Refusal : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
+
+/// A quaternion whose length is further from 1 is no client's rounding error.
+inline constexpr double kUnitTolerance = 1e-3;
+
+/// The rotation w x y z, normalised; nothing if it is no unit quaternion.
+[[nodiscard]] std::optional<Eigen::Quaterniond> unit_quaternion(std::span<const double, 4> wxyz);
 
 /// Typed access to a command's arguments. Every function throws Refusal, naming the argument, the value and what was
 /// expected, and returns nothing for an argument that is not there.

@@ -47,13 +47,13 @@ enum class Channel {
   kLogDevices
 };
 
-/// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, ..,
-/// SPIDAR_STATE, SPIDAR_COMMAND.
+/// The channel's name on the bus: the prefix, then LAYFIGURE_CHARACTER, LAYFIGURE_MESH, .., SPIDAR_STATE,
+/// SPIDAR_COMMAND.
 [[nodiscard]] std::string channel_name(std::string_view prefix, Channel channel);
 
 /// True for the channels of which only the newest message matters (POSE, FORCE, STATUS, POINTER and those of the
-/// SPIDAR, with any prefix): a
-/// slow subscriber loses the oldest of them. Messages of all other channels are never dropped.
+/// SPIDAR, with any prefix): a slow subscriber loses the oldest of them. Messages of all other channels are never
+/// dropped.
 [[nodiscard]] bool is_state_channel(std::string_view name);
 
 /// True if `prefix` is made of letters, digits and underscores only (it becomes part of a regular expression) and is
