@@ -89,7 +89,7 @@ struct Broker::Impl {
   [[nodiscard]] int next_pause_end_ms(int timeout_ms, Clock::time_point now) const;
   /// Does what poll_once() has found to be done; true if anything was to be relayed.
   bool serve();
-  void post(std::shared_ptr<const Frame> frame);
+  void post(const std::shared_ptr<const Frame>& frame);
   bool relay_posted();
   void accept_clients();
   bool read_clients();
@@ -204,15 +204,17 @@ void Broker::Impl::accept_clients() {
   }
 }
 
-void Broker::Impl::post(std::shared_ptr<const Frame> frame) {
+void Broker::Impl::post(const std::shared_ptr<const Frame>& frame) {
   bool was_empty = false;
+  bool fits = false;
   {
     const std::lock_guard lock(posted_mutex);
     was_empty = posted.empty();
     const std::int64_t dropped_before = posted.dropped();
-    const bool fits = posted.push(std::move(frame));
+    fits = posted.push(frame);
     unposted += posted.dropped() - dropped_before + (fits ? 0 : 1);
   }
+  if (!fits) return spdlog::error("the broker is stuck: a message on {} is lost", frame->channel);
   if (was_empty) eventfd_write(wake_up, 1);  // else the broker has been woken up already
 }
 
