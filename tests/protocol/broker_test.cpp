@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <future>
 #include <memory>
 #include <thread>
 
@@ -36,6 +38,32 @@ TEST(Broker, LargeMessage_ArrivesWhole) {
   client.publish("LARGE", data);
   ASSERT_EQ(client.receive(1).size(), 1U);
   EXPECT_EQ(client.received()[0].data, data);
+}
+
+TEST(Broker, OwnProcessPublishesFasterThanItRelays_OldestStatesGiveWay) {
+  Broker broker(0, kSmall);
+  std::promise<void> go_on;
+  const Routes stuck{{"STUCK", [&](ByteView) { go_on.get_future().wait(); }}};
+  std::vector<std::size_t> states;
+  std::promise<void> end;
+  const Routes listening{{"LAYFIGURE_POSE", [&](ByteView bytes) { states.push_back(bytes.size()); }},
+                         {"LAYFIGURE_REPLY", [&](ByteView) { end.set_value(); }}};
+  broker.attach(stuck);
+  broker.attach(listening);
+  broker.publish("STUCK", {});
+  const std::size_t room = kSmall.state / kPieceBytes;
+  const std::size_t most = 2 * room;  // while at most one is being relayed
+  for (std::size_t k = 1; k <= most; ++k) broker.publish("LAYFIGURE_POSE", Bytes(kPieceBytes + k));
+  broker.publish("LAYFIGURE_REPLY", Bytes(10));
+  go_on.set_value();
+  ASSERT_EQ(end.get_future().wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  broker.detach(stuck);
+  broker.detach(listening);
+  ASSERT_FALSE(states.empty());
+  EXPECT_EQ(states.back(), kPieceBytes + most) << "the newest is there";
+  EXPECT_TRUE(std::ranges::is_sorted(states));
+  EXPECT_EQ(broker.dropped_messages(), static_cast<std::int64_t>(most - states.size()));
+  EXPECT_GT(broker.dropped_messages(), 0);
 }
 
 TEST(Broker, Pattern_MustMatchTheWholeChannel) {
