@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <exception>
@@ -9,6 +8,7 @@
 #include "layfigure/app/options.h"
 #include "layfigure/app/replay.h"
 #include "layfigure/app/server.h"
+#include "layfigure/app/stderr_log.h"
 #include "layfigure/app/stop_signals.h"
 
 namespace {
@@ -47,8 +47,7 @@ void run(const app::Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("layfigure-server"));
-  spdlog::set_pattern("%n: %v");
+  app::log_to_stderr("layfigure-server");
   const app::ParsedOptions parsed = app::parse_options(argc, argv);
   if (!parsed.options) return parsed.exit_code;
   try {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -206,3 +207,27 @@ def test_multicast_in_a_network_of_its_own(
         check=False,
     )
     assert done.stdout == "(100.0,) udpm://239.255.76.67:7667?ttl=0\n", done.stderr
+
+
+def test_server_whose_messages_nobody_reads_goes_on(binary: Path, character: Path, connect: Connect) -> None:
+    """A program that has started it, and does not read its stderr, in the end has a full pipe there."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError):
+        while os.write(writer, b"." * 4096):
+            pass
+    os.set_blocking(writer, True)
+    command = [str(binary), str(character), "--broker", "0"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=writer, text=True)
+    try:
+        assert server.stdout is not None
+        client = connect(server.stdout.readline().removeprefix("listening on ").strip())
+        client.publish("COMMAND", b"no message, which is logged")
+        client.accepted("key")
+        client.accepted("shutdown")
+        assert server.wait(TIMEOUT_S) == 0
+    finally:
+        server.kill()
+        server.wait()
+        os.close(reader)
+        os.close(writer)
