@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "layfigure/app/arguments.h"
@@ -52,7 +54,8 @@ void CommandProcessor::handle(const command_t& command) {
   if (const reply_t* known = replies_.find(command.client_id, command.sequence)) return sink_.publish(*known);
   const reply_t reply = answer(command);
   replies_.store(reply);
-  sink_.publish(reply);
+  if (asked_chunks_.empty()) return sink_.publish(reply);
+  mesh_requests_.push_back({.chunks = std::exchange(asked_chunks_, {}), .reply = reply});
 }
 
 void CommandProcessor::refuse(const command_t& command, std::string reason) {
@@ -162,9 +165,21 @@ void CommandProcessor::get_mesh(const command_t& command, reply_t& reply) {
     throw Refusal("argument 'chunks' asks for more than there is, expected indices from 0 to " +
                   std::to_string(mesh_.total() - 1));
   }
-  for (const double index : wanted) publish_chunk(static_cast<std::int32_t>(index));
-  for (std::int32_t index = 0; wanted.empty() && index < mesh_.total(); ++index) publish_chunk(index);
+  if (mesh_requests_.size() >= kMaxMeshRequests) {
+    throw Refusal(std::to_string(kMaxMeshRequests) + " requests for the mesh are being served: try again");
+  }
+  asked_chunks_.resize(wanted.empty() ? total : wanted.size());
+  if (wanted.empty()) std::iota(asked_chunks_.begin(), asked_chunks_.end(), 0);
+  std::ranges::transform(wanted, asked_chunks_.begin(), [](double index) { return static_cast<std::int32_t>(index); });
   add_result(reply, "chunks", {static_cast<double>(mesh_.total())});
+}
+
+void CommandProcessor::send_mesh_chunk() {
+  MeshRequest& request = mesh_requests_.front();
+  publish_chunk(request.chunks[request.sent]);
+  if (++request.sent < request.chunks.size()) return;
+  sink_.publish(request.reply);
+  mesh_requests_.pop_front();
 }
 
 void CommandProcessor::publish_chunk(std::int32_t index) {

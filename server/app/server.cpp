@@ -31,6 +31,8 @@ constexpr std::chrono::seconds kCharacterInterval{1};
 // lock.
 constexpr std::chrono::microseconds kHapticPoll{100};
 constexpr std::size_t kMaxEventsPerTurn = 16;  // then steps that are due have their turn: a flood does not stop time
+constexpr int kMaxChunksPerTurn = 16;          // then messages have theirs
+constexpr std::chrono::microseconds kChunkTime{100};  // enough to encode, log and queue a chunk of the mesh
 
 class BusSink : public MessageSink {
  public:
@@ -127,6 +129,8 @@ struct Server::Impl {
   void handle(const command_t& command);
   void start_realtime();
   void run_due_steps();
+  void send_mesh();
+  [[nodiscard]] bool has_time_for_chunk() const;
   void publish_heartbeats(Clock::time_point now);
   void publish_status(bool leaving);
   void tell_scheduling(device_t& device) const;
@@ -196,6 +200,7 @@ void Server::Impl::run() {
     handle_events();
     run_due_steps();
     publish_heartbeats(Clock::now());
+    send_mesh();
     inbox.wait_until(next_wake_up());
   }
   publish_status(true);
@@ -223,6 +228,7 @@ bool Server::Impl::is_stepping() const {
 
 Clock::time_point Server::Impl::next_wake_up() const {
   if (commands.shutdown_requested()) return Clock::time_point{};
+  if (commands.is_sending_mesh() && has_time_for_chunk()) return Clock::time_point{};
   const Clock::time_point heartbeat = std::min({next_status, next_character, end});
   if (!is_stepping() || simulation.resting()) return heartbeat;
   return std::min(heartbeat, next_step());
@@ -276,6 +282,19 @@ void Server::Impl::run_due_steps() {
     poses.publish_if_due();
   }
   if (!is_stepping()) pacer.skip_to(now);
+}
+
+/// At least one chunk a turn: where every step is late, they would never go out.
+void Server::Impl::send_mesh() {
+  for (int sent = 0; sent < kMaxChunksPerTurn && commands.is_sending_mesh(); ++sent) {
+    if (sent > 0 && !has_time_for_chunk()) return;
+    commands.send_mesh_chunk();
+  }
+}
+
+/// Before the next step.
+bool Server::Impl::has_time_for_chunk() const {
+  return !is_stepping() || simulation.resting() || Clock::now() + kChunkTime <= next_step();
 }
 
 void Server::Impl::publish_heartbeats(Clock::time_point now) {

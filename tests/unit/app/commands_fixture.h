@@ -45,6 +45,7 @@ class Commands : public ::testing::Test {
 
   reply_t handle(const command_t& command) {
     processor_.handle(command);
+    while (processor_.is_sending_mesh()) processor_.send_mesh_chunk();
     const reply_t& reply = sink_.replies.back();
     EXPECT_EQ(reply.client_id, command.client_id);
     EXPECT_EQ(reply.sequence, command.sequence);

@@ -469,6 +469,34 @@ TEST_F(Commands, GetMesh_PublishesAllOrTheChunksAskedFor) {
   EXPECT_EQ(sink_.chunks.size(), 2U);
 }
 
+TEST_F(Commands, GetMesh_SendsNothingBeforeItsTurnAndTheReplyBehindIt) {
+  processor_.handle(make_command(1, "get_mesh"));
+  processor_.handle(make_command(2, "key"));
+  EXPECT_TRUE(sink_.chunks.empty());
+  ASSERT_EQ(sink_.replies.size(), 1U);
+  EXPECT_EQ(sink_.replies[0].sequence, 2);
+  ASSERT_TRUE(processor_.is_sending_mesh());
+  processor_.send_mesh_chunk();
+  EXPECT_EQ(sink_.chunks.size(), 1U);
+  ASSERT_EQ(sink_.replies.size(), 2U);
+  EXPECT_EQ(sink_.replies[1].sequence, 1);
+  EXPECT_FALSE(processor_.is_sending_mesh());
+}
+
+TEST_F(Commands, GetMeshWhileManyWait_RefusedAndTakenAgainLater) {
+  const auto most = static_cast<std::int64_t>(CommandProcessor::kMaxMeshRequests);
+  for (std::int64_t sequence = 1; sequence <= most + 1; ++sequence) {
+    processor_.handle(make_command(sequence, "get_mesh"));
+  }
+  ASSERT_EQ(sink_.replies.size(), 1U);
+  EXPECT_EQ(sink_.replies[0].sequence, most + 1);
+  EXPECT_EQ(sink_.replies[0].reason, "64 requests for the mesh are being served: try again");
+  while (processor_.is_sending_mesh()) processor_.send_mesh_chunk();
+  EXPECT_EQ(sink_.chunks.size(), CommandProcessor::kMaxMeshRequests);
+  processor_.handle(make_command(most + 2, "get_mesh"));
+  EXPECT_TRUE(processor_.is_sending_mesh());
+}
+
 TEST_F(Commands, GetMeshBeyondTheLast_RefusedAndNothingSent) {
   EXPECT_FALSE(send("get_mesh", {number_argument("chunks", {1})}).accepted);
   EXPECT_FALSE(send("get_mesh", {number_argument("chunks", {-1})}).accepted);

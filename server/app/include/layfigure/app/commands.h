@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <layfigure/command_t.hpp>
 #include <layfigure/reply_t.hpp>
 #include <string_view>
@@ -75,21 +77,29 @@ inline constexpr std::int64_t kMaxStepsPerCommand = 10000;
 ///     get_joints     [bone (name or pattern), all joints if left out], [of "now" | "chosen", what build_doll() chose
 ///                    before the settings or anybody changed single joints] -> joints, and of each of them what
 ///                    add_joints() tells (joint_results.h)
-///     get_mesh       publishes mesh_chunk_t: [chunks index ...], all if left out -> chunks (their total)
+///     get_mesh       publishes mesh_chunk_t: [chunks index ...], all if left out -> chunks (their total), behind them;
+///                    refused while kMaxMeshRequests are being served
 ///     shutdown       ends the server
 ///
 /// A command that comes again (same client_id and sequence) gets the reply that it got, refusals too, and does nothing:
 /// to try again what was refused, send it under a new sequence. Single-threaded, like the simulation that it commands.
 class CommandProcessor {
  public:
+  static constexpr std::size_t kMaxMeshRequests = 64;  ///< that are not yet served whole
+
   CommandProcessor(Simulation& simulation, PosePublisher& poses, MessageSink& sink, session::Snapshots& snapshots,
                    std::int64_t server_id);
 
-  /// Publishes the reply, after what the command itself publishes.
+  /// Publishes the reply, after what the command itself publishes; that to get_mesh comes from send_mesh_chunk().
   void handle(const command_t& command);
   /// Answers that the command is not carried out, and why; one that was answered already gets its reply again.
   void refuse(const command_t& command, std::string reason);
   void publish_character();
+  /// There are chunks of the mesh to be sent. They may be many megabytes: steps go on between them.
+  [[nodiscard]] bool is_sending_mesh() const { return !mesh_requests_.empty(); }
+  /// Publishes the next one, in the order in which they were asked for, and behind the last one of a request its reply.
+  /// Some 20 us. Not unless is_sending_mesh().
+  void send_mesh_chunk();
   [[nodiscard]] bool shutdown_requested() const { return shutdown_requested_; }
 
  private:
@@ -99,6 +109,12 @@ class CommandProcessor {
     Action action;
   };
   static const Entry* find(std::string_view name);
+  /// What is left of a get_mesh.
+  struct MeshRequest {
+    std::vector<std::int32_t> chunks;
+    std::size_t sent{0};
+    reply_t reply;
+  };
 
   [[nodiscard]] reply_t begin_reply(const command_t& command) const;
   [[nodiscard]] reply_t answer(const command_t& command);
@@ -141,6 +157,8 @@ class CommandProcessor {
   session::Snapshots& snapshots_;
   std::int64_t server_id_;
   MeshChunks mesh_;
+  std::vector<std::int32_t> asked_chunks_;  // of the command that is being handled
+  std::deque<MeshRequest> mesh_requests_;
   ReplyCache replies_;
   bool shutdown_requested_{false};
 };
