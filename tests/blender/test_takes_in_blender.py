@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -17,6 +18,7 @@ from layfigure.skinning import Skin
 from layfigure.usd.names import joint_paths, unique_names
 
 FRAMES = 1000
+BLOCK = 100  # frames
 POSE_HZ = 50.0  # every 20 steps: a pose falls on each frame, so that frames are poses and nothing is between them
 HEAD_TOLERANCE = 1e-5  # [m] what animators need; single precision in Blender's chains of bones takes 1e-6
 SKIN_TOLERANCE = 1e-4  # [m] likewise; Blender keeps and blends weights in single precision
@@ -24,34 +26,73 @@ SKIN_TOLERANCE = 1e-4  # [m] likewise; Blender keeps and blends weights in singl
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="session")
+@dataclass(frozen=True)
+class Scene:
+    """A character, and the bones by which a hand leads its arm round and round while another bends its trunk."""
+
+    hand: str
+    chest: str
+    reach: float  # [m], past the yield of its arm
+    bend: float  # [m]
+
+
+SCENES = {
+    "doll": Scene("hand.L", "chest", 0.08, 0.02),
+    "human": Scene("mixamorig:LeftHand", "mixamorig:Spine2", 0.15, 0.03),
+}
+
+
+@pytest.fixture(scope="session", params=SCENES)
 def take(
-    bpy_python: BpyPython, binary: Path, character: Path, tmp_path_factory: pytest.TempPathFactory
+    request: pytest.FixtureRequest, bpy_python: BpyPython, binary: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> layfigure.Take:
-    """A hand leads the doll's left hand round and round, past the yield of its arm, while another bends the trunk."""
+    """The project's own doll, and MakeHuman's body on Mixamo's rig."""
+    scene = SCENES[request.param]
+    if request.param == "doll":
+        character = request.getfixturevalue("character")
+    else:
+        character = request.getfixturevalue("make_human_rig")("mixamo")
     command = [binary, character, "--clock", "lockstep", "--broker", "0", "--pose-hz", POSE_HZ]
     with ServerProcess(list(map(str, command))) as server, layfigure.connect(server.url) as doll:
         places = layfigure.world_poses(doll.character, doll.pose())[1]
-        hand, chest = places[doll.joint("hand.L")], places[doll.joint("chest")]
-        for pointer, bone, place in ((0, "hand.L", hand), (1, "chest", chest)):
+        hand, chest = places[doll.joint(scene.hand)], places[doll.joint(scene.chest)]
+        for pointer, bone, place in ((0, scene.hand, hand), (1, scene.chest, chest)):
             doll.move_pointer(pointer, place)
             doll.command("grab", pointer=pointer, bone=bone, point=[0.0, 0.0, 0.0])
         with doll.record(tmp_path_factory.mktemp("take") / "take.lcmlog") as recording:
             for frame in range(1, FRAMES):
                 turn = 2.0 * np.pi * frame / 200.0
-                reach = 0.08 * np.array([0.2 * np.sin(turn), np.cos(turn) - 1.0, np.sin(2.0 * turn)])
-                bend = 0.02 * np.array([0.0, np.sin(0.5 * turn), 0.0])
+                reach = scene.reach * np.array([0.2 * np.sin(turn), np.cos(turn) - 1.0, np.sin(2.0 * turn)])
+                bend = scene.bend * np.array([0.0, np.sin(0.5 * turn), 0.0])
                 doll.next_pose({0: hand + reach, 1: chest + bend})
     assert len(recording.take.times_us) == FRAMES
     return recording.take
 
 
+@dataclass(frozen=True)
+class Posed:
+    """The server's poses, in blocks of frames: all vertices of a human in 1000 frames are many."""
+
+    skin: Skin
+    rotations: np.ndarray
+    positions: np.ndarray  # (F, J, 3)
+
+    def farthest(self, vertices: np.ndarray) -> float:
+        """The largest distance of vertices (F, V, 3) of all meshes from where the poses have them."""
+        found = 0.0
+        for start in range(0, len(self.positions), BLOCK):
+            block = slice(start, start + BLOCK)
+            motions = self.skin.motions(self.rotations[block], self.positions[block])
+            found = max(found, farthest(vertices[block], self.skin.skin(motions)))
+        return found
+
+
 @pytest.fixture(scope="session")
-def skinned(take: layfigure.Take) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (F, J, 3) and vertices of all meshes (F, V, 3) of the server's poses."""
-    skin = Skin(take.character, take.meshes)
-    rotations, positions = skeleton.world_poses(take.character, take.root_translations, take.rotations)
-    return positions, skin.skin(skin.motions(rotations, positions))
+def posed(take: layfigure.Take) -> Posed:
+    return Posed(
+        Skin(take.character, take.meshes),
+        *skeleton.world_poses(take.character, take.root_translations, take.rotations),
+    )
 
 
 def imported(bpy_python: BpyPython, usd: Path, folder: Path) -> Mapping[str, np.ndarray]:
@@ -72,13 +113,12 @@ def test_blender_poses_bones_and_skin_as_the_server_does(
     meters_per_unit: float,
     bpy_python: BpyPython,
     take: layfigure.Take,
-    skinned: tuple[np.ndarray, np.ndarray],
+    posed: Posed,
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "take.usda"
     usd = layfigure.write_usd(take, out, fps=POSE_HZ, up_axis=up_axis, meters_per_unit=meters_per_unit)
     blender = imported(bpy_python, usd, tmp_path)
-    positions, vertices = skinned
 
     joints = take.character.joints
     names = [path.rpartition("/")[2] for path in joint_paths([j.name for j in joints], [j.parent for j in joints])]
@@ -87,10 +127,11 @@ def test_blender_poses_bones_and_skin_as_the_server_does(
     mesh_names = list(unique_names((mesh.name for mesh in take.meshes), "mesh"))
     of_meshes = [blender[f"vertices_{blender['meshes'].tolist().index(name)}"] for name in mesh_names]
 
-    assert heads.shape == positions.shape
-    assert farthest(positions, positions[:1]) > 0.1  # it moves
-    head_error, skin_error = farthest(heads, positions), farthest(np.concatenate(of_meshes, axis=1), vertices)
+    assert heads.shape == posed.positions.shape
+    assert farthest(posed.positions, posed.positions[:1]) > 0.1  # it moves
+    head_error = farthest(heads, posed.positions)
+    skin_error = posed.farthest(np.concatenate(of_meshes, axis=1))
     errors = f"heads {head_error:.2e} m, skin {skin_error:.2e} m"
-    print(f"{up_axis} up, {meters_per_unit:g} m: {errors} over {len(heads)} frames")
+    print(f"{take.character.name}, {up_axis} up, {meters_per_unit:g} m: {errors} over {len(heads)} frames")
     assert head_error < HEAD_TOLERANCE
     assert skin_error < SKIN_TOLERANCE

@@ -1,0 +1,54 @@
+"""`layfigure record`, that tells in JSON what it cost.
+
+    python measured_record.py FIGURES.json RECORD_ARGUMENT...
+
+`saves`: of the working file, and `export`: of the USD files in the end, each of wall-clock time and of CPU time [s].
+`memory_kb`: what is resident at each save, `peak_kb`: the most that ever was.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from layfigure.cli import main, record
+from layfigure.usd.working_file import WorkingFile
+
+
+def resident_kb() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() // 1024
+
+
+def timed(function: Callable[..., Any], costs: list[tuple[float, float]], after: Callable[[], None]) -> Any:
+    def call(*arguments: Any) -> Any:
+        wall, cpu = time.perf_counter(), time.process_time()
+        try:
+            return function(*arguments)
+        finally:
+            costs.append((time.perf_counter() - wall, time.process_time() - cpu))
+            after()
+
+    return call
+
+
+def run(figures: Path, arguments: list[str]) -> int:
+    saves: list[tuple[float, float]] = []
+    exports: list[tuple[float, float]] = []
+    memory: list[int] = []
+    WorkingFile._save = timed(WorkingFile._save, saves, lambda: memory.append(resident_kb()))  # type: ignore[method-assign]
+    record.write = timed(record.write, exports, lambda: None)
+    code = main.main(["record", *arguments])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    told = {"saves": saves, "export": exports[-1] if exports else None, "memory_kb": memory, "peak_kb": peak}
+    figures.write_text(json.dumps(told))
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(run(Path(sys.argv[1]), sys.argv[2:]))
