@@ -19,13 +19,13 @@ class JointLoads:
 
     name: str
     torques: Floats  # (N) sizes [N m]
-    yield_torque: float  # [N m], infinity for an elastic joint
+    yield_torque: float  # [N m] about its weakest axis, infinity for an elastic joint
     flows: Bools  # (N)
     rest_moved_deg: float | None  # of its rest rotation, from the first pose to the last; None: not told
 
     @property
     def load(self) -> float:
-        """Largest torque over yield torque: above 1 it flowed."""
+        """Largest torque over the yield torque of the weakest axis: not above 1 if it held, unless about another axis."""
         return float(self.torques.max(initial=0.0)) / self.yield_torque if self.yield_torque > 0.0 else 0.0
 
 

@@ -58,7 +58,7 @@ def write_force_plot(loads: Loads, out: Path, patterns: list[str] | None = None)
 def _legend_handles() -> list[Any]:
     return [
         Line2D([], [], color=_BLUE, linewidth=1.6, label="torque of the joint"),
-        Line2D([], [], color=_VERMILION, linestyle="--", linewidth=1.4, label="yield torque"),
+        Line2D([], [], color=_VERMILION, linestyle="--", linewidth=1.4, label="yield torque about the weakest axis"),
         Patch(color=_ORANGE, alpha=0.25, linewidth=0.0, label="the joint flows"),
     ]
 

@@ -23,11 +23,12 @@ _EGL = "libEGL.so.1"
 _OVERSAMPLING = 2  # pixels across one of the picture's: smooth edges
 _KEY_DIRECTION = np.array([0.75, -0.62, 1.05])  # towards the light; it alone casts a shadow
 _LIGHTS = (  # towards the light, intensity, colour
-    (_KEY_DIRECTION, 0.80, (1.0, 0.97, 0.92)),
-    (np.array([-1.0, -0.6, 0.7]), 0.32, (0.92, 0.96, 1.0)),
+    (_KEY_DIRECTION, 0.70, (1.0, 0.97, 0.92)),
+    (np.array([-1.0, -0.6, 0.7]), 0.25, (0.92, 0.96, 1.0)),
     (np.array([0.0, 0.8, 0.6]), 0.20, (1.0, 1.0, 1.0)),
-    (np.array([0.4, -1.0, 0.1]), 0.30, (1.0, 1.0, 1.0)),
+    (np.array([0.4, -1.0, 0.1]), 0.20, (1.0, 1.0, 1.0)),
 )
+_AMBIENT = 0.25  # light from everywhere: what faces away is dark, and not black
 _SPECULAR, _SPECULAR_POWER = 0.12, 25.0
 _GROUND_RADIUS = 4.0  # in radii of the scene, as the next
 _GROUND_FADE = 1.2  # from here on it passes into the backdrop
@@ -136,6 +137,7 @@ class Renderer:
             attributes.SetScalars(vtk.numpy_to_vtk(np.ascontiguousarray(colors), deep=True))
         else:
             look.SetColor(*(colors / 255.0))
+        look.SetAmbient(_AMBIENT)
         look.SetSpecular(_SPECULAR)
         look.SetSpecularPower(_SPECULAR_POWER)
         return actor
@@ -203,6 +205,7 @@ class Renderer:
         actors = [self._actor(_disc(ground)), grid, *shadows]
         for actor in actors:
             actor.GetProperty().LightingOff()
+            actor.GetProperty().SetAmbient(0.0)
         return actors
 
     def _lines(self, ends: Floats) -> Any:
