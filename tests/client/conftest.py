@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from client_support.broker import Broker
 from client_support.cli import Cli, cli_command, cli_environment
+from client_support.looks import picture, textured_meshes
 from client_support.scripted_server import ScriptedServer
-from client_support.takes import make_builder, make_take
+from client_support.takes import make_builder, make_take, make_take_of
 
 from layfigure.bus import Bus
 from layfigure.take import Take, TakeBuilder
@@ -21,6 +22,12 @@ CLI_TIMEOUT_S = 60.0
 @pytest.fixture(scope="session")
 def take() -> Take:
     return make_take()
+
+
+@pytest.fixture
+def painted() -> Take:
+    """Its texture is a picture of the character's file."""
+    return make_take_of(textured_meshes(image=picture()))
 
 
 @pytest.fixture

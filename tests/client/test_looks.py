@@ -1,157 +1,42 @@
-"""Textures, texture coordinates and normals of a character, from its messages to USD, glTF and pictures."""
+"""Textures, texture coordinates and normals of a character in USD, whatever its units, and in pictures of it."""
 
 from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from client_support import synthetic
 from client_support.cli import Cli
 from client_support.gltf_reader import GltfFile
+from client_support.looks import (
+    FLOAT_TOLERANCE,
+    FPS,
+    MESH,
+    QUARTERS,
+    ROOT,
+    SAVED_COLOR_TOLERANCE,
+    SKIN_TOLERANCE,
+    findings,
+    picture,
+    texture_node,
+    textured_meshes,
+)
 from client_support.takes import make_take_of
 from PIL import Image
-from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
+from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel
 
-from layfigure import codec
-from layfigure.errors import ProtocolError
 from layfigure.export.clip import read_clip
 from layfigure.export.gltf import write_gltf
 from layfigure.protocol import Floats
 from layfigure.take import Take
 from layfigure.take_form import Layout, TakeForm
-from layfigure.usd.checks import check
 from layfigure.usd.pictures import as_png_or_jpeg
 from layfigure.usd.reader import SkinnedStage
-from layfigure.usd.textures import texture_path
 from layfigure.usd.units import write_in_units
 from layfigure.usd.writer import write_take
-
-ROOT = "/Synthetic_arm"
-MESH = f"{ROOT}/Geometry/arm_mesh"
-FPS = 24.0
-SKIN_TOLERANCE = 1e-4  # of directions between points 4 cm apart, in floats some metres from the origin
-FLOAT_TOLERANCE = 1e-6  # of unit vectors and coordinates in floats
-SAVED_COLOR_TOLERANCE = 0.01  # linear, of 8-bit sRGB
-# Of the picture that is wrapped around the arm, by the quarters of v: red is the lowest, at the arm's root.
-QUARTERS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
-
-
-def picture(format_name: str = "PNG", mode: str = "RGB") -> bytes:
-    """32 x 32 pixels of four colours, one above the other."""
-    pixels = np.repeat(np.repeat(QUARTERS[::-1], 8, axis=0)[:, None], 32, axis=1)  # the file begins with the top
-    data = io.BytesIO()
-    Image.fromarray(pixels).convert(mode).save(data, format_name)
-    return data.getvalue()
-
-
-def textured_meshes(texture: str = "", image: bytes | None = None, normals: bool = True) -> Any:
-    """Two tubes of one material, whose texture is a file or a picture of the character's file."""
-    message = synthetic.meshes_message()
-    synthetic.wrap_texture(message.meshes[0], normals)
-    second = synthetic.meshes_message().meshes[0]
-    synthetic.wrap_texture(second, normals)
-    second.name = "sleeve"
-    message.meshes.append(second)
-    message.mesh_count = 2
-    message.materials = [synthetic.material_message("skin", (1.0, 1.0, 1.0))]
-    if image is not None:
-        message.images, message.image_count = [synthetic.image_message(image, "../../evil name")], 1
-        message.materials[0].image = 0
-    message.materials[0].texture = texture
-    return message
-
-
-@pytest.fixture
-def painted(tmp_path: Path) -> Take:
-    """Its texture is a picture of the character's file."""
-    return make_take_of(textured_meshes(image=picture()))
-
-
-def texture_node(stage: Usd.Stage, material: str = "skin") -> UsdShade.Shader:
-    return UsdShade.Shader(stage.GetPrimAtPath(f"{ROOT}/Materials/{material}/Texture"))
-
-
-def findings(path: Path) -> list[str]:
-    return [str(finding) for finding in check(path).findings]
-
-
-# --- messages
-
-
-def test_decode_meshes_share_their_material_and_its_picture() -> None:
-    first, second = codec.decode_meshes(textured_meshes(image=b"bytes").encode(), 4)
-    assert first.material is second.material
-    assert first.material is not None
-    assert first.material.image is not None
-    assert first.material.image.data == b"bytes"
-    assert first.normals is not None
-    assert first.normals.shape == (13 * 8 + 13, 3)
-
-
-def test_decode_meshes_without_looks_has_none() -> None:
-    message = synthetic.meshes_message()
-    message.meshes[0].material = -1
-    (mesh,) = codec.decode_meshes(message.encode(), 4)
-    assert (mesh.material, mesh.normals, mesh.uvs) == (None, None, None)
-    np.testing.assert_array_equal(mesh.wedges, mesh.triangles)
-
-
-def set_count(name: str, values: str, rows: list[list[float]]) -> Callable[[Any], None]:
-    def damage(message: Any) -> None:
-        setattr(message.meshes[0], values, rows)
-        setattr(message.meshes[0], name, len(rows))
-
-    return damage
-
-
-def set_material(name: str, value: object) -> Callable[[Any], None]:
-    return lambda message: setattr(message.materials[0], name, value)
-
-
-def set_normal(value: list[float]) -> Callable[[Any], None]:
-    return lambda message: message.meshes[0].normals.__setitem__(3, value)
-
-
-@pytest.mark.parametrize(
-    ("damage", "reason"),
-    [
-        (set_count("uv_count", "uvs", [[0.0, 0.0]] * 116), "a wedge is out of range: its normals or uvs are 116"),
-        (set_count("normal_count", "normals", [[0.0, 0.0, 1.0]] * 104), "expected 117"),
-        (set_count("wedge_triangle_count", "wedge_triangles", [[0, 1, 2]] * 5), "wedges for 5 of 192"),
-        (set_count("wedge_triangle_count", "wedge_triangles", [[0, 1, -2]] * 192), "a wedge is out of range"),
-        (set_normal([0.0, 0.0, 0.5]), "not of unit length"),
-        (set_normal([float("nan"), 0.0, 1.0]), "not finite"),
-        (lambda message: message.meshes[0].uvs.__setitem__(0, [float("inf"), 0.0]), "not finite"),
-        (lambda message: setattr(message.meshes[1], "material", 1), "material 1 is out of range"),
-        (set_material("image", 1), "image 1 is out of range"),
-        (set_material("image", -2), "image -2 is out of range"),
-        (set_material("opacity", 1.5), "opacity is 1.5"),
-        (set_material("alpha_cutoff", float("nan")), "alpha_cutoff is nan"),
-        (set_material("wrap_v", "twice"), "'repeat' and 'twice'"),
-        (set_material("base_color", [0.0, float("nan"), 0.0]), "not finite"),
-        (set_material("texture", "a\nb.png"), "control characters"),
-    ],
-)
-def test_decode_meshes_with_impossible_looks_is_refused(damage: Callable[[Any], None], reason: str) -> None:
-    message = textured_meshes(image=b"x")
-    damage(message)
-    with pytest.raises(ProtocolError, match=reason):
-        codec.decode_meshes(message.encode(), 4)
-
-
-def test_decode_meshes_of_an_older_layout_is_refused() -> None:
-    data = bytearray(textured_meshes().encode())
-    data[:8] = b"\x12\x34\x56\x78\x9a\xbc\xde\xf0"  # LCM's fingerprint of the type's fields
-    with pytest.raises(ProtocolError, match="not a whole meshes_t of this version"):
-        codec.decode_meshes(bytes(data), 4)
-
-
-# --- USD
 
 
 @pytest.mark.parametrize("layout", ["layered", "single"])
@@ -317,101 +202,6 @@ def test_write_take_broken_picture_is_left_out_with_a_warning(
     assert findings(tmp_path / name) == []
 
 
-# --- textures in files
-
-
-def put_texture(folder: Path, name: str = "maps/skin.png", data: bytes | None = None) -> Path:
-    path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data if data is not None else picture())
-    return path
-
-
-def test_write_take_texture_in_a_file_is_named_from_the_take(tmp_path: Path) -> None:
-    file = put_texture(tmp_path / "characters")
-    (tmp_path / "takes").mkdir()
-    out = tmp_path / "takes" / "take.usda"
-    write_take(make_take_of(textured_meshes("maps/skin.png"), str(tmp_path / "characters")), out, FPS)
-    stage = Usd.Stage.Open(str(out))
-    asset = texture_node(stage).GetInput("file").Get()
-    assert asset.path == "../characters/maps/skin.png"
-    assert Path(asset.resolvedPath).samefile(file)
-    assert findings(out) == []
-    assert not (tmp_path / "takes" / "take.textures").exists()
-
-
-@pytest.mark.parametrize("texture", ["D:/art/maps/skin.png", "/art/maps/skin.png", "../../elsewhere/skin.png"])
-def test_write_take_texture_of_another_machine_is_found_beside_the_character(tmp_path: Path, texture: str) -> None:
-    put_texture(tmp_path, "skin.png")
-    write_take(make_take_of(textured_meshes(texture), str(tmp_path)), tmp_path / "take.usda", FPS)
-    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
-    assert texture_node(stage).GetInput("file").Get().path == "./skin.png"
-
-
-@pytest.mark.parametrize(
-    ("texture", "folder", "expected"),
-    [
-        ("skin.png", "/characters", "../characters/skin.png"),
-        ("../maps/skin.png", "/characters/doll", "../characters/maps/skin.png"),
-        ("skin.png", "", "./skin.png"),
-        ("/art/skin.png", "/characters", "/art/skin.png"),
-        ("D:/art/skin.png", "/characters", "D:/art/skin.png"),
-        ("https://example.org/skin.png", "/characters", "https://example.org/skin.png"),
-    ],
-)
-def test_texture_path_of_missing_files_is_where_they_are_expected(texture: str, folder: str, expected: str) -> None:
-    take = make_take_of(textured_meshes(texture), folder)
-    material = take.meshes[0].material
-    assert material is not None
-    assert texture_path(material, take.character, Path("/takes/take.usda")) == expected
-
-
-def test_check_missing_texture_is_one_finding(tmp_path: Path) -> None:
-    write_take(make_take_of(textured_meshes("none.png"), str(tmp_path)), tmp_path / "take.usda", FPS)
-    (finding,) = findings(tmp_path / "take.usda")
-    assert "needs the file" in finding
-    assert "none.png" in finding
-
-
-def test_write_take_usdz_packs_textures_of_files(tmp_path: Path) -> None:
-    put_texture(tmp_path / "characters")
-    out = tmp_path / "take.usdz"
-    write_take(make_take_of(textured_meshes("maps/skin.png"), str(tmp_path / "characters")), out, FPS)
-    assert "take.textures/skin.png" in zipfile.ZipFile(out).namelist()
-    assert findings(out) == []
-
-
-def put_link(folder: Path) -> str:
-    (folder / "link.png").symlink_to(put_texture(folder.parent, "private.png"))
-    return "link.png"
-
-
-def put_secret(folder: Path) -> str:
-    put_texture(folder, "secret.png", b"-----BEGIN PRIVATE KEY-----")
-    return "secret.png"
-
-
-def put_outside(folder: Path) -> str:
-    put_texture(folder.parent, "private.png")
-    return "../private.png"
-
-
-@pytest.mark.parametrize("put", [put_link, put_secret, put_outside, lambda folder: "none.png", lambda folder: "."])
-def test_write_take_usdz_packs_nothing_but_pictures_of_the_characters_folder(
-    tmp_path: Path, put: Callable[[Path], str], caplog: pytest.LogCaptureFixture
-) -> None:
-    folder = tmp_path / "characters"
-    folder.mkdir()
-    out = tmp_path / "take.usdz"
-    write_take(make_take_of(textured_meshes(put(folder)), str(folder)), out, FPS)
-    assert "is left out of the package" in caplog.text
-    assert not any("textures" in name for name in zipfile.ZipFile(out).namelist())
-    assert findings(out) == []
-
-
-# --- units
-
-
 def corners(path: Path) -> tuple[Floats, Floats]:
     """Normals, in metres' axes Z up, and texture coordinates of all corners."""
     mesh = SkinnedStage(path).bound()[0]
@@ -447,67 +237,6 @@ def test_write_take_in_other_units_turns_normals(painted: Take, tmp_path: Path) 
     write_take(painted, tmp_path / "y.usda", FPS, TakeForm(up_axis="Y", meters_per_unit=0.01))
     np.testing.assert_allclose(corners(tmp_path / "y.usda")[0], corners(tmp_path / "z.usda")[0], atol=FLOAT_TOLERANCE)
     assert findings(tmp_path / "y.usda") == []
-
-
-# --- checks
-
-
-def make_normals_short(mesh: UsdGeom.Mesh) -> None:
-    mesh.GetNormalsAttr().Set(Vt.Vec3fArray(len(mesh.GetNormalsAttr().Get()), (0.0, 0.0, 0.9)))
-
-
-def cut_normals(mesh: UsdGeom.Mesh) -> None:
-    mesh.GetNormalsAttr().Set(mesh.GetNormalsAttr().Get()[:-1])
-
-
-def break_normal(mesh: UsdGeom.Mesh) -> None:
-    normals = np.array(mesh.GetNormalsAttr().Get())
-    normals[2, 0] = np.nan
-    mesh.GetNormalsAttr().Set(Vt.Vec3fArray.FromNumpy(normals))
-
-
-def cut_indices(mesh: UsdGeom.Mesh) -> None:
-    st = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
-    st.SetIndices(st.GetIndices()[:-3])
-
-
-def break_index(mesh: UsdGeom.Mesh) -> None:
-    st = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
-    indices = np.array(st.GetIndices())
-    indices[5] = 117
-    st.SetIndices(Vt.IntArray.FromNumpy(indices))
-
-
-def break_coordinate(mesh: UsdGeom.Mesh) -> None:
-    st = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
-    values = np.array(st.Get())
-    values[1, 1] = np.inf
-    st.Set(Vt.Vec2fArray.FromNumpy(values))
-
-
-@pytest.mark.parametrize(
-    ("damage", "expected"),
-    [
-        (make_normals_short, "normal 0 is 0.9 long, not 1, and 575 more"),
-        (cut_normals, "has 575 values, expected 576 (faceVarying)"),
-        (break_normal, "holds a normal that is not finite"),
-        (cut_indices, "has 573 values, expected 576 (faceVarying)"),
-        (break_index, "has an index out of range, expected 0 to 116"),
-        (break_coordinate, "holds a value that is not finite"),
-    ],
-)
-def test_check_names_what_is_wrong_with_normals_and_coordinates(
-    painted: Take, tmp_path: Path, damage: Callable[[UsdGeom.Mesh], None], expected: str
-) -> None:
-    write_take(painted, tmp_path / "take.usda", FPS, TakeForm(layout="single"))
-    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
-    damage(UsdGeom.Mesh(stage.GetPrimAtPath(MESH)))
-    stage.GetRootLayer().Save()
-    assert any(MESH in finding and expected in finding for finding in findings(tmp_path / "take.usda"))
-    SkinnedStage(tmp_path / "take.usda").bound()  # is read all the same
-
-
-# --- colours where they belong
 
 
 def quarter_colors(v: Floats) -> Floats:

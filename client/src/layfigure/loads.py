@@ -25,7 +25,7 @@ class JointLoads:
 
     @property
     def load(self) -> float:
-        """Largest torque over the yield torque of the weakest axis: not above 1 if it held, unless about another axis."""
+        """Largest torque over yield torque: above 1 it flowed, or bore it about a stronger axis."""
         return float(self.torques.max(initial=0.0)) / self.yield_torque if self.yield_torque > 0.0 else 0.0
 
 

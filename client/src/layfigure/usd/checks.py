@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pxr import Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, UsdValidation
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils, UsdValidation
 
 from layfigure.usd.findings import Finding, error, warning
 from layfigure.usd.mesh_checks import mesh_findings
 from layfigure.usd.skeleton_checks import skeleton_findings
-from layfigure.usd.stage import open_stage, quiet
+from layfigure.usd.stage import missing_layers, open_as_it_is, quiet
 
 _MISSING_FILE = frozenset({"UnresolvableDependency", "CompositionError"})  # we name the files ourselves, once
 
@@ -40,11 +40,14 @@ def check(path: Path) -> Report:
 
 
 def _check(path: Path) -> Report:
-    stage = open_stage(path)
+    stage = open_as_it_is(path)
     prims = list(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
     skeletons = [UsdSkel.Skeleton(prim) for prim in prims if prim.IsA(UsdSkel.Skeleton)]
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-    missing = list(_missing_files(path))
+    missing = [
+        error(path, f"needs the file '{name}', which is missing or cannot be read")
+        for name in sorted(_missing_files(stage, path))
+    ]
     findings = missing + list(_usd_findings(stage, validators, bool(missing)))
     findings += _stage_findings(stage)
     if not skeletons:
@@ -61,14 +64,22 @@ def _check(path: Path) -> Report:
     return Report(len(validators), len(skeletons), frames, tuple(ordered))
 
 
-def _missing_files(path: Path) -> Iterator[Finding]:
-    _, _, unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(path)))
-    for name in sorted(unresolved):
-        yield error(path, f"needs the file '{name}', which is missing or cannot be read")
+def _missing_files(stage: Any, path: Path) -> set[str]:
+    """Layers and textures."""
+    layers = missing_layers(stage)
+    if layers:
+        return layers  # USD cannot tell the others beside layers that are broken
+    return set(UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(path)))[2])
 
 
 def _usd_findings(stage: Any, validators: Any, file_is_missing: bool) -> Iterator[Finding]:
-    for found in UsdValidation.ValidationContext(validators).Validate(stage):
+    try:
+        all_found = UsdValidation.ValidationContext(validators).Validate(stage)
+    except Tf.ErrorException:
+        if file_is_missing:
+            return  # a layer that is broken ends them all, and is told
+        raise
+    for found in all_found:
         if file_is_missing and found.GetName() in _MISSING_FILE:
             continue
         sites = ", ".join(_site_name(site) for site in found.GetSites())

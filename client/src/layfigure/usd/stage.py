@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pxr import Gf, Tf, Usd, UsdGeom, UsdUtils
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from layfigure.errors import LayfigureError
 
@@ -23,7 +23,35 @@ def quiet() -> Iterator[None]:
 
 
 def open_stage(path: Path) -> Any:
-    """Raises LayfigureError, in one line, if there is no such file or USD cannot read it."""
+    """Raises LayfigureError, in one line, if there is no such file, USD cannot read it, or a layer of it is missing:
+    what is left of a take without its layers is neither to be drawn nor to be converted."""
+    stage = open_as_it_is(path)
+    with quiet():
+        missing = sorted(missing_layers(stage))
+    if missing:
+        raise LayfigureError(f"'{path}' needs the file '{missing[0]}', which is missing or cannot be read")
+    return stage
+
+
+def missing_layers(stage: Any) -> set[str]:
+    """The paths of layers that the stage needs, and that are not there, or broken."""
+    needed = {
+        layer.ComputeAbsolutePath(name)
+        for layer in stage.GetUsedLayers()
+        for name in layer.GetCompositionAssetDependencies()
+    }
+    return {path for path in needed if not _is_layer(path)}
+
+
+def _is_layer(path: str) -> bool:
+    try:
+        return bool(Sdf.Layer.FindOrOpen(path))
+    except Tf.ErrorException:
+        return False
+
+
+def open_as_it_is(path: Path) -> Any:
+    """The same, but for layers that are missing."""
     if not path.is_file():
         raise LayfigureError(f"no USD file '{path}': check the name")
     try:

@@ -27,12 +27,17 @@ _MAX_BYTES = 256 << 20  # of a file that is packed
 _logger = logging.getLogger(__name__)
 
 
+def texture_folder(out: Path) -> Path:
+    """Where a take's pictures are, if it has any."""
+    return out.with_name(f"{out.stem}.textures")
+
+
 class TextureFolder:
     """The folder OUT.textures of a take, as it is made in `scratch`."""
 
     def __init__(self, scratch: Path, out: Path) -> None:
         self._scratch = scratch
-        self._name = f"{out.stem}.textures"
+        self._name = texture_folder(out).name
         self.files: list[Path] = []
 
     def add(self, name: str, data: bytes) -> str | None:

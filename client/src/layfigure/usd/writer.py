@@ -34,7 +34,7 @@ from layfigure.usd.character_layer import (
     write_character_layer,
 )
 from layfigure.usd.failures import reason
-from layfigure.usd.textures import TextureFolder, Textures, hand_over, place_textures
+from layfigure.usd.textures import TextureFolder, Textures, hand_over, place_textures, texture_folder
 from layfigure.usd.units import rewrite_in_units
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -50,6 +50,9 @@ def check_output(out: Path) -> None:
         raise UsageError(f"'{out}': there is no folder '{out.parent}'; make it first")
     if out.is_dir():
         raise UsageError(f"'{out}' is a folder: choose a file's name")
+    textures = texture_folder(out)
+    if textures.exists() and not textures.is_dir():
+        raise UsageError(f"'{textures}' is a file, and the folder of the take's pictures is called so: move it away")
 
 
 def write_take(take: Take, out: Path, fps: float, form: TakeForm = EVERY_FRAME, tell: Progress = silent) -> Animation:
