@@ -1,6 +1,7 @@
 """Reduced keys: few enough, and good enough in the eyes of USD itself."""
 
 import dataclasses
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from layfigure import key_reduction, skeleton
 from layfigure.animation import animate
 from layfigure.errors import LayfigureError
 from layfigure.key_error import SkinDistance
-from layfigure.key_reduction import reduced_keys
+from layfigure.key_reduction import KeySearch, reduced_keys
 from layfigure.resample import resample
 from layfigure.skinning import Skin
 from layfigure.take import Take
@@ -22,6 +23,7 @@ from layfigure.usd.checks import check
 from layfigure.usd.writer import write_take
 
 TOLERANCE_M = 0.5e-3
+MISSED_SHARE = 0.6  # of the keys between, that fits may need: the skin does not bend to one side all the time
 REDUCED = TakeForm(keys="reduced", tolerance_m=TOLERANCE_M)
 
 
@@ -65,6 +67,36 @@ def test_fitted_keys_are_fewer_than_recorded_poses_and_hold_the_tolerance(tmp_pa
     assert farthest_by_usd(tmp_path / "every.usdc", tmp_path / "reduced.usdc") <= TOLERANCE_M
     for end in (0, -1):
         np.testing.assert_array_equal(animation.values.rotations[end], animation.frames.rotations[end])
+
+
+@pytest.mark.parametrize(("seed", "size"), [(1, 0.03), (2, 0.1), (3, 0.05)])
+def test_fitted_keys_come_close_to_the_fewest_of_twice_the_tolerance(seed: int, size: float) -> None:
+    """Which are a bound where the skin bends to one side: what is moved by half of its error has half of it."""
+    take = moving_take(wandering(200, seed, size))
+    fitted = len(animate(take, FPS, REDUCED).keys)
+    recorded, loosest = len(keys_of(take)), len(keys_of(take, 2.0 * TOLERANCE_M))
+    assert loosest <= fitted < recorded
+    assert fitted - loosest <= MISSED_SHARE * (recorded - loosest)
+
+
+def test_key_search_with_less_tolerance_here_and_there_finds_as_few_as_one_anew() -> None:
+    take = moving_take(wandering(150, 3, size=0.1))
+    distance = distance_of(take)
+    search = KeySearch(distance, TOLERANCE_M)
+    tolerances = np.full(150, 2.0 * TOLERANCE_M)
+    counts = [len(search.keys(tolerances))]
+    for part in (slice(40, 60), slice(50, 90), slice(0, 150)):
+        tolerances = tolerances.copy()
+        tolerances[part] = np.maximum(0.6 * tolerances[part], TOLERANCE_M)
+        keys = search.keys(tolerances)
+        counts.append(len(keys))
+        for first, last in itertools.pairwise(keys):
+            between = np.arange(first + 1, last)
+            ends = np.full_like(between, first), np.full_like(between, last)
+            assert not distance.exceeds(*ends, between, tolerances[between]).any()
+        assert len(keys) == len(KeySearch(distance, TOLERANCE_M).keys(tolerances))
+    assert counts == sorted(counts)
+    assert counts[-1] > counts[0]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -172,7 +172,7 @@ def test_take_reduced_keys_hold_their_tolerance_by_usd(folder: Path, tmp_path: P
         assert (result.returncode, result.stderr) == (0, "")
     stage = Usd.Stage.Open(str(tmp_path / "reduced.usdc"))
     keys = UsdSkel.Animation(stage.GetPrimAtPath("/doll/Animation")).GetRotationsAttr().GetNumTimeSamples()
-    assert 2 < keys < 0.5 * (SESSION_S * 60 + 1)
+    assert 2 < keys <= 0.2 * (SESSION_S * 60 + 1)
     assert farthest_by_usd(tmp_path / "every.usdc", tmp_path / "reduced.usdc") <= tolerance_mm * 1e-3
     assert check(tmp_path / "reduced.usdc").findings == ()
 

@@ -74,14 +74,17 @@ class SkinDistance:
     def __len__(self) -> int:
         return len(self._rotations)
 
-    def exceeds(self, first: Indices, last: Indices, between: Indices, tolerance_m: float) -> NDArray[np.bool_]:
-        """(E): whether with keys at the frames `first` and `last` any vertex is too far off at the frames `between`."""
-        limit = tolerance_m - _ROUNDING_M
+    def exceeds(
+        self, first: Indices, last: Indices, between: Indices, tolerance_m: float | Floats
+    ) -> NDArray[np.bool_]:
+        """(E): whether with keys at the frames `first` and `last` any vertex is too far off at the frames `between`.
+        `tolerance_m`: one for all, or (E)."""
+        limit = np.broadcast_to(tolerance_m - _ROUNDING_M, len(between))
         parts = [slice(start, start + _BATCH) for start in range(0, len(between), _BATCH)]
-        found = [self._exceeds(first[part], last[part], between[part], limit) for part in parts]
+        found = [self._exceeds(first[part], last[part], between[part], limit[part]) for part in parts]
         return np.concatenate([np.zeros(0, np.bool_), *found])
 
-    def _exceeds(self, first: Indices, last: Indices, between: Indices, limit: float) -> NDArray[np.bool_]:
+    def _exceeds(self, first: Indices, last: Indices, between: Indices, limit: Floats) -> NDArray[np.bool_]:
         part = (between - first) / (last - first)
         moved = self._translations[:, self._movers]
         turns, places = (self._rotations[first], self._rotations[last]), (moved[first], moved[last])
@@ -117,14 +120,16 @@ class SkinDistance:
         places: tuple[Floats, Floats],
         part: Floats,
         between: Indices,
-        floor: float,
-        ceiling: float,
+        floor: float | Floats,
+        ceiling: float | Floats,
     ) -> Floats:
         rotations = self.interpolation.between(*turns, part[:, None])
         moved = places[0] + part[:, None, None] * (places[1] - places[0])
         return self._farthest(rotations, moved, between, floor, ceiling)
 
-    def _farthest(self, rotations: Floats, moved: Floats, between: Indices, floor: float, ceiling: float) -> Floats:
+    def _farthest(
+        self, rotations: Floats, moved: Floats, between: Indices, floor: float | Floats, ceiling: float | Floats
+    ) -> Floats:
         translations = self._translations[between].copy()
         translations[:, self._movers] = moved
         motions = self._skin.motions(*skeleton.compose(self._generations, translations, rotations))

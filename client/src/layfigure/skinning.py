@@ -104,19 +104,24 @@ class Skin:
 
 
 def largest(
-    bounds: Floats, evaluate: Callable[[int, Indices], Floats], floor: float = -np.inf, ceiling: float = np.inf
+    bounds: Floats,
+    evaluate: Callable[[int, Indices], Floats],
+    floor: float | Floats = -np.inf,
+    ceiling: float | Floats = np.inf,
 ) -> Floats:
     """(F) the greatest of each row's values, of which only upper bounds (F, N) are known at first.
 
     evaluate(column, rows) tells values; it is asked for the most promising first, and for no more than it takes. Values
-    up to `floor` count as `floor`; of a row that is found to exceed `ceiling`, any value above that is told.
+    up to `floor` count as `floor`; of a row that is found to exceed `ceiling`, any value above that is told. Both
+    may be (F).
     """
     bounds = bounds.copy()
     values = np.full(len(bounds), floor)
+    ceilings = np.broadcast_to(ceiling, len(bounds))
     rows = np.arange(len(bounds))
     while len(rows):
         columns = bounds[rows].argmax(axis=1)
-        undecided = (bounds[rows, columns] > values[rows]) & (values[rows] <= ceiling)
+        undecided = (bounds[rows, columns] > values[rows]) & (values[rows] <= ceilings[rows])
         rows, columns = rows[undecided], columns[undecided]
         for column in np.unique(columns):
             asked = rows[columns == column]
