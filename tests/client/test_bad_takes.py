@@ -53,6 +53,7 @@ def test_take_with_a_broken_layer_is_refused_by_its_name(take: Take, tmp_path: P
 def test_output_whose_folder_of_pictures_is_a_file_is_refused_before_the_work(tmp_path: Path, cli: Cli) -> None:
     (tmp_path / "take.textures").write_text("notes")
     (tmp_path / "take.lcmlog").touch()
-    for command in (["export", "take.lcmlog", "take.usda"], ["record", "take.usda"]):
+    commands = (["export", "take.lcmlog", "take.usda"], ["record", "take.usda"], ["convert", "a.usda", "take.usdc"])
+    for command in commands:
         assert_one_line_error(cli(*command), 2, "'take.textures' is a file")
     assert (tmp_path / "take.textures").read_text() == "notes"

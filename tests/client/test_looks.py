@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -252,6 +253,27 @@ def test_reader_finds_the_picture_right_side_up(painted: Take, tmp_path: Path) -
     root = painted.character.joints[0].bind_translation
     nearest = np.argmin(np.linalg.norm(mesh.points[mesh.triangles].mean(axis=1) - root, axis=1))
     assert mesh.colors[nearest].tolist() == [1.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("wrap", "inside"),
+    [
+        ("repeat", lambda v: v % 1.0),
+        ("clamp", lambda v: np.clip(v, 0.0, 1.0)),
+        ("mirror", lambda v: np.where(v < 1.0, v, 2.0 - v)),
+    ],
+)
+def test_reader_goes_on_outside_of_the_picture_as_the_texture_says(
+    tmp_path: Path, wrap: str, inside: Callable[[Floats], Floats]
+) -> None:
+    message = textured_meshes(image=picture())
+    message.meshes[0].uvs = [[u, 1.9 * v] for u, v in message.meshes[0].uvs]
+    message.materials[0].wrap_v = wrap
+    write_take(make_take_of(message), tmp_path / "take.usda", FPS)
+    mesh = SkinnedStage(tmp_path / "take.usda").posed(0.0)[0]
+    middles = mesh.looks.uvs.mean(axis=1)[:, 1]
+    assert middles.max() > 1.5
+    np.testing.assert_allclose(mesh.colors, quarter_colors(inside(middles)), atol=SAVED_COLOR_TOLERANCE)
 
 
 def by_gltf(file: GltfFile, mesh: int) -> tuple[Floats, Floats]:

@@ -58,7 +58,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _write_usd(options: argparse.Namespace) -> None:
     from layfigure.usd.units import write_in_units
+    from layfigure.usd.writer import check_output
 
+    check_output(options.out)
     write_in_units(options.file, options.out, options.up_axis, options.meters_per_unit)
     print(options.out)
 

@@ -110,7 +110,9 @@ def _read_look(mesh: Any, prim: Any, triangles: Triangles) -> tuple[Look, Floats
         texture, picture = read
         flat = picture.reshape(-1, 3).mean(axis=0)
         uvs = _texture_coordinates(node, mesh, triangles)
-    painted = _sample(picture, uvs.mean(axis=1)) if picture is not None and uvs is not None else flat
+    painted = flat
+    if texture is not None and picture is not None and uvs is not None:
+        painted = _sample(picture, uvs.mean(axis=1), texture.wrap)
     opacity, alpha = _input(shader, "opacity"), _texture_node(shader, "opacity")
     look = Look(
         name=str(material.GetPrim().GetName()),
@@ -174,13 +176,22 @@ def _read_picture(data: bytes) -> Floats | None:
     return from_srgb(np.asarray(image, np.float64) / 255.0)
 
 
-def _sample(picture: Floats, uv: Floats) -> Floats:
+def _sample(picture: Floats, uv: Floats, wrap: tuple[str, str]) -> Floats:
     """(T, 3) at texture coordinates (T, 2)."""
     height, width, _ = picture.shape
-    wrapped = uv - np.floor(uv)
-    column = np.minimum((wrapped[:, 0] * width).astype(int), width - 1)
-    row = np.minimum(((1.0 - wrapped[:, 1]) * height).astype(int), height - 1)
+    u, v = (_wrapped(uv[:, axis], wrap[axis]) for axis in (0, 1))
+    column = np.minimum((u * width).astype(int), width - 1)
+    row = np.minimum(((1.0 - v) * height).astype(int), height - 1)
     return np.asarray(picture[row, column])
+
+
+def _wrapped(coordinate: Floats, wrap: str) -> Floats:
+    """In 0..1."""
+    if wrap == "clamp":
+        return np.clip(coordinate, 0.0, 1.0)
+    if wrap == "mirror":
+        return np.asarray(1.0 - np.abs(coordinate % 2.0 - 1.0))
+    return np.asarray(coordinate % 1.0)
 
 
 def _texture_coordinates(texture: Any, mesh: Any, triangles: Triangles) -> Floats | None:

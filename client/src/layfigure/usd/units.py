@@ -21,6 +21,7 @@ from layfigure import rotation
 from layfigure.errors import LayfigureError
 from layfigure.protocol import Bools, Floats
 from layfigure.take_form import UpAxis
+from layfigure.usd.failures import reason
 from layfigure.usd.stage import open_stage, quiet
 from layfigure.usd.textures import TextureFolder, asset_path_from, hand_over
 
@@ -204,4 +205,4 @@ def write_in_units(source: Path, out: Path, up_axis: UpAxis | None, meters_per_u
     except OSError as error:
         raise LayfigureError(f"cannot write '{out}': {error.strerror}") from error
     except Tf.ErrorException as error:
-        raise LayfigureError(f"cannot write '{out}': {str(error).splitlines()[0]}") from error
+        raise LayfigureError(f"cannot write '{out}': {reason(error)}") from error
