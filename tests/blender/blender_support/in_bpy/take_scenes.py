@@ -193,7 +193,7 @@ def what_is_no_take_is_refused_in_one_line(folder: Path) -> None:
     (folder / "cube.usda").write_text('#usda 1.0\ndef Cube "Cube" {}\n')
     refused(folder / "cube.usda", "no skeleton")
     (folder / "lost.usda").write_text((folder / "take_layered.usda").read_text().replace("take_layered.", "gone."))
-    refused(folder / "lost.usda", "no skeleton")
+    refused(folder / "lost.usda", "needs the file", "gone.anim.usdc")
     for bone in armature.data.bones:
         bone.name = f"other {bone.name}"
     refused(folder / "take_layered.usda", "none of its joints", "is a bone of")
