@@ -119,6 +119,16 @@ def test_renderer_draws_one_picture_after_the_other() -> None:
     assert np.abs(pictures[0].astype(int) - pictures[1]).max() > 50
 
 
+def test_renderer_hand_inside_of_a_body_shines_through_it_and_a_body_does_not() -> None:
+    middle = box().points.mean(axis=0)
+    hand = ball(middle, 0.2, np.array([0.0, 0.0, 1.0]))
+    alone, hidden, shining = render(box()), render(box(), replace(hand, shines_through=False)), render(box(), hand)
+    np.testing.assert_array_equal(hidden[32, 32], alone[32, 32])
+    assert shining[32, 32, 2] > alone[32, 32, 2] + 30.0
+    assert shining[32, 32, 0] > 0.4 * alone[32, 32, 0]  # faintly
+    np.testing.assert_array_equal(shining[0, 0], alone[0, 0])
+
+
 def test_renderer_without_egl_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("layfigure.render.scene._EGL", "libNoSuchThing.so.1")
     with pytest.raises(LayfigureError, match="apt-get install libegl1 libgl1-mesa-dri"):

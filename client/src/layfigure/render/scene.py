@@ -30,6 +30,7 @@ _LIGHTS = (  # towards the light, intensity, colour
 )
 _AMBIENT = 0.25  # light from everywhere: what faces away is dark, and not black
 _SPECULAR, _SPECULAR_POWER = 0.12, 25.0
+_SHINING_THROUGH = 0.35  # of a surface's colour
 _GROUND_RADIUS = 4.0  # in radii of the scene, as the next
 _GROUND_FADE = 1.2  # from here on it passes into the backdrop
 _GROUND_RINGS, _GROUND_SECTORS = 24, 96
@@ -60,6 +61,7 @@ class Surface:
     normals: Floats | None = None  # (V, 3) unit; None: smooth ones
     uvs: Floats | None = None  # (V, 2) of the picture, v upwards
     picture: Picture | None = None  # instead of the colour
+    shines_through: bool = False  # faintly, what is in front of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +90,7 @@ class Renderer:
         self._window = self._vtk.vtkEGLRenderWindow()
         self._window.SetOffScreenRendering(True)
         self._window.SetMultiSamples(0)
+        self._window.SetNumberOfLayers(2)
         self._window.SetSize(_OVERSAMPLING * width, _OVERSAMPLING * height)
         self._size = (width, height)
 
@@ -109,12 +112,26 @@ class Renderer:
             renderer.AddActor(actor)
         _place_camera(renderer, camera)
         self._add_lights(renderer, ground.centre)
-        self._window.AddRenderer(renderer)
+        layers = [renderer, self._shining_through(surfaces, camera, ground)]
+        for layer in layers:
+            self._window.AddRenderer(layer)
         self._window.Render()
         picture = self._read_pixels()
-        renderer.ReleaseGraphicsResources(self._window)
-        self._window.RemoveRenderer(renderer)
+        for layer in layers:
+            layer.ReleaseGraphicsResources(self._window)
+            self._window.RemoveRenderer(layer)
         return picture.resize(self._size, Image.Resampling.BOX)
+
+    def _shining_through(self, surfaces: list[Surface], camera: Camera, ground: Ground) -> Any:
+        """A second layer over the picture, of the surfaces that do."""
+        layer = self._vtk.vtkRenderer()
+        layer.SetLayer(1)
+        for actor in (self._actor(surface) for surface in surfaces if surface.shines_through):
+            actor.GetProperty().SetOpacity(_SHINING_THROUGH)
+            layer.AddActor(actor)
+        _place_camera(layer, camera)
+        self._add_lights(layer, ground.centre)
+        return layer
 
     def _actor(self, surface: Surface) -> Any:
         vtk = self._vtk

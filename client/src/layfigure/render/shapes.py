@@ -1,4 +1,4 @@
-"""Surfaces of simple shapes: what is drawn of forces and hands."""
+"""Surfaces of simple shapes: what is drawn of forces and hands, seen also where a body is in front of them."""
 
 from __future__ import annotations
 
@@ -47,4 +47,4 @@ def _turned(start: Floats, axis: Floats, radii: Floats, heights: Floats, color: 
             following = (side + 1) % _SIDES
             a, b, c, d = base + side, base + following, base + _SIDES + side, base + _SIDES + following
             triangles += [[a, b, c], [b, d, c]]
-    return Surface(np.concatenate(points), np.array(triangles, np.int32), color)
+    return Surface(np.concatenate(points), np.array(triangles, np.int32), color, shines_through=True)
