@@ -132,6 +132,7 @@ std::string MessageTarget::handle_events() {
 std::string MessageTarget::handle(const command_t& command) {
   const std::int64_t replies = sink_.replies;
   commands_.handle(command);
+  while (commands_.is_sending_mesh()) commands_.send_mesh_chunk();
   if (sink_.replies != replies + 1) {
     return "'" + command.name + "' got " + std::to_string(sink_.replies - replies) + " replies";
   }

@@ -4,8 +4,8 @@ Between keys that are recorded poses the skin errs to one side. Keys are therefo
 moved until it errs to both: weighted least squares of the rotation vectors from between the keys to the recorded
 rotations, and of the root's translations, with weights that grow where a vertex is far off. What is found is judged by
 the skin in every frame. Where it does not hold the tolerance, keys are chosen anew, with one that is less loose there,
-until it holds everywhere. That takes a few fits, each of at most ROUNDS steps, of 0.1 ms of CPU time a frame each for
-50 joints and 13 000 vertices: up to 10 ms for a frame in all.
+until it holds everywhere. That takes some five fits, each of at most ROUNDS steps, of 0.1 ms of CPU time a frame each
+for 50 joints and 13 000 vertices: up to 10 ms for a frame in all.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from layfigure.skinning import Indices
 
 _LOOSER = (2.0, 1.7, 1.4, 1.2, 1.0)  # than the tolerance: a fit may halve what errs to one side; 1 needs no fit
 ROUNDS = 12
+_GENTLE_FITS = 4  # then recorded poses have to do where no fit is found
 _GROWTH = 0.35  # exponent of a weight's growth with the error
 _WEIGHTS = (0.1, 30.0)
 _AIM = 0.8  # of the tolerance: the error at which a weight stays
@@ -45,7 +46,8 @@ def fitted_keys(distance: SkinDistance, frames: Frames, tolerance_m: float, tell
     """The first and the last key, and those about rests, are recorded poses; so are those between which no fit holds,
     which are all in the end."""
     search = KeySearch(distance, tolerance_m, tell)
-    levels = np.zeros(len(frames), np.intp)
+    levels, last_level = np.zeros(len(frames), np.intp), len(_LOOSER) - 1
+    fits = 0
     while True:
         chosen = search.keys(np.array(_LOOSER)[levels] * tolerance_m)
         if len(chosen) == 1:
@@ -54,9 +56,10 @@ def fitted_keys(distance: SkinDistance, frames: Frames, tolerance_m: float, tell
         keys, bad = _fit(distance, frames, keys_at(frames, chosen), fixed, tolerance_m, tell)
         if not len(bad):
             return keys
+        fits += 1
         for first, last in zip(chosen[:-1][bad], chosen[1:][bad], strict=True):
             part = slice(first, last + 1)
-            levels[part] = np.minimum(levels[part] + 1, len(_LOOSER) - 1)
+            levels[part] = np.minimum(levels[part] + 1, last_level) if fits <= _GENTLE_FITS else last_level
 
 
 def _fixed(search: KeySearch, keys: Indices, levels: Indices) -> Indices:
