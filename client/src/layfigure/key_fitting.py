@@ -5,7 +5,7 @@ moved until it errs to both: weighted least squares of the rotation vectors from
 rotations, and of the root's translations, with weights that grow where a vertex is far off. What is found is judged by
 the skin in every frame. Where it does not hold the tolerance, keys are chosen anew, with one that is less loose there,
 until it holds everywhere. That takes some five fits, each of at most ROUNDS steps, of 0.1 ms of CPU time a frame each
-for 50 joints and 13 000 vertices: up to 10 ms for a frame in all.
+for 50 joints and 13 000 vertices: up to 15 ms for a frame in all.
 """
 
 from __future__ import annotations
