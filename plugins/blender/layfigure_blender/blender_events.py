@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import pose_writing, sessions
+from .session_armature import release
 
 
 @persistent
@@ -32,7 +33,7 @@ def _release_the_orphaned() -> None:
     live = {session.id for session in sessions.all()}
     for item in bpy.data.objects:
         if item.layfigure.session and item.layfigure.session not in live:
-            sessions.release(item)
+            release(item)
 
 
 @persistent

@@ -28,6 +28,7 @@ CONNECT_TIMEOUT_S = 1.5  # of one attempt; below the 2 s in which close() expect
 RETRY_S = 0.2
 IDLE_S = 0.1  # the longest wait, after which it is seen whether the server has fallen silent
 NO_FILE = -1
+ON_THE_WAY_US = 1000  # a message to the server, which is taken in by the next step; one takes 0.1 to 0.5 ms
 MOST_QUEUED = 1000  # commands and pointers; more than a server that answers ever lets wait
 
 
@@ -56,7 +57,8 @@ class Link:
     """Keeps the newest pose of the server at `url`, sends commands and pointers, connects again when it is lost.
 
     A server that was restarted with the same character is the same; one with another character is refused, until the
-    right one is there. Every attribute may be read and every method called from any thread; none waits, but close().
+    right one is there. Every attribute may be read and every method called from any thread; none waits, but close() and
+    wait_for_effect().
     """
 
     def __init__(self, url: str, prefix: str = "") -> None:
@@ -71,6 +73,7 @@ class Link:
         self.failed_attempts = 0  # to connect, since it was live
         self._queue: deque[_Command | _Move] = deque()
         self._lock = threading.Lock()  # of the queue and of `_closing`
+        self._came = threading.Condition()  # a pose
         self._closing = False
         self._wake_reader, self._wake_writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._thread = threading.Thread(target=self._run, name=f"layfigure {url}", daemon=True)
@@ -114,6 +117,22 @@ class Link:
         if not is_placement or (rotation is not None and not where[3:].any()):
             raise ValueError(f"pointer {pointer} is sent to {position!r}, {rotation!r}: expected finite x y z, w x y z")
         self._put(_Move(pointer, where))
+
+    def wait_for_effect(self, timeout_s: float) -> bool:
+        """Waits until the newest pose is of a time at which what was sent by now has reached the doll: whether it came.
+
+        The server's time now is told from the newest pose and the time since, which holds while it keeps up with the
+        clock; one that does not, or steps by commands, is waited for until the timeout.
+        """
+        before = self.newest
+        if before is None:
+            return False
+        since_us = 1e6 * (time.monotonic() - before.received_at)
+        then_us = before.pose.time_us + since_us + ON_THE_WAY_US
+        with self._came:
+            return self._came.wait_for(
+                lambda: self.newest is not None and self.newest.pose.time_us >= then_us, timeout_s
+            )
 
     def _put(self, item: _Command | _Move) -> bool:
         """False if nobody will send it."""
@@ -228,7 +247,9 @@ class Link:
         self.forces = MappingProxyType(doll.forces)
         self.status = doll.newest_status
         if pose is not last:
-            self.newest = Sample(pose, time.monotonic())
+            with self._came:
+                self.newest = Sample(pose, time.monotonic())
+                self._came.notify_all()
         return pose
 
     def _wait(self, doll: Doll | None, timeout_s: float) -> None:

@@ -18,6 +18,9 @@ from .sessions import Session
 
 TOOL = "layfigure.pose_doll"
 TICK_S = 1.0 / 60.0  # between two looks for the server's answers, where the mouse rests
+# The longest that a motion of the mouse waits for the pose that it brings about, so that the redraw that follows shows
+# it, and not the next one: two intervals of a server's 240 poses in a second. It is half a frame of most screens.
+EFFECT_S = 0.008
 PIXELS_PER_NOTCH = 30.0  # points of the screen of a two-finger stroke that are a notch of a wheel
 
 # What the panel and the status bar list.
@@ -68,6 +71,8 @@ class LAYFIGURE_OT_grab(bpy.types.Operator):
         self._grab.poll(time.monotonic())
         if self._grab.phase is Phase.ENDED:
             return self._finish(context, event)
+        if self._grab.phase is Phase.HOLDING and event.type == "MOUSEMOVE":  # the newest: those before are INBETWEEN
+            self._session.show_effect(EFFECT_S)
         self._tell(context)
         # Playback, and what else has a timer, goes on.
         return {"PASS_THROUGH"} if event.type.startswith("TIMER") else {"RUNNING_MODAL"}
@@ -87,6 +92,7 @@ class LAYFIGURE_OT_grab(bpy.types.Operator):
         radius = context.preferences.inputs.drag_threshold_mouse * context.preferences.system.ui_scale
         self._session = target.session
         self._pressed = mouse
+        self._told = ""
         self._grab = Grab(
             link,
             overlay.pins_of(target.session),
@@ -127,14 +133,17 @@ class LAYFIGURE_OT_grab(bpy.types.Operator):
         return view_of(context, self._session)
 
     def _tell(self, context: bpy.types.Context) -> None:
-        """In the status bar."""
+        """In the status bar, if it is news: each text that is set is drawn anew, and the whole window shown anew."""
         states = [self._held_name()]
         states += (
             ["pinned"] * self._grab.pinned + ["soft"] * self._grab.softened + ["turning"] * self._grab.holds_rotation
         )
         text = ", ".join(filter(None, states))
         keys = "   ".join(f"{key}: {meaning}" for key, meaning in KEYS)
-        context.workspace.status_text_set("   |   ".join(filter(None, [text, keys, self._grab.note])))
+        line = "   |   ".join(filter(None, [text, keys, self._grab.note]))
+        if line != self._told:
+            self._told = line
+            context.workspace.status_text_set(line)
 
     def _held_name(self) -> str:
         joint = self._grab.joint

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import blf
@@ -13,7 +13,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from .overlay_picture import Label, hands_of, picture, weight
+from .overlay_picture import Hand, Label, Measures, hands_of, look_alike, picture
 from .pins import PinList
 from .seen_dolls import posable_sessions, seen_sessions, segments, view_of
 from .sessions import Session
@@ -37,7 +37,9 @@ class _Watch:
         self.link = session.link
         self.pins = PinList(session.link)
         self.pins.ask()
-        self.drawn: Hashable = None
+        self.measures = Measures.of(session.bones.character)
+        self.drawn: list[Hand] = []
+        self.drawn_pins: tuple[tuple[float, ...], ...] = ()
         self._asked_at = time.monotonic()
         self._sample = session.link.newest
 
@@ -47,6 +49,18 @@ class _Watch:
         if self.link.newest is not self._sample and now - self._asked_at >= PINS_S:
             self._sample, self._asked_at = self.link.newest, now
             self.pins.ask()
+
+    def hands(self) -> list[Hand]:
+        status = self.link.status
+        return hands_of(self.link.forces.values(), status.devices if status is not None else ())
+
+    def is_drawn_anew(self) -> bool:
+        """Whether more has changed than bones, with which Blender draws anew by itself. Asked again it has not."""
+        hands, pins = self.hands(), tuple((pin.number, *pin.position) for pin in self.pins.known)
+        if pins == self.drawn_pins and look_alike(self.drawn, hands, self.measures):
+            return False
+        self.drawn, self.drawn_pins = hands, pins
+        return True
 
 
 _watches: dict[str, _Watch] = {}  # by the sessions' ids
@@ -58,11 +72,13 @@ def pins_of(session: Session) -> PinList:
 
 
 def redraw() -> None:
-    """All 3D views, soon."""
+    """All 3D views, soon, without their sidebars and bars: panels cost more than what is drawn here."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
-                area.tag_redraw()
+                for region in area.regions:
+                    if region.type == "WINDOW":
+                        region.tag_redraw()
 
 
 def _watch_of(session: Session) -> _Watch:
@@ -81,21 +97,9 @@ def _look() -> float:
     for session in live:
         watch = _watch_of(session)
         watch.look()
-        shown = _shown(watch)
-        if shown != watch.drawn:
-            watch.drawn = shown
+        if watch.is_drawn_anew():
             redraw()
     return LIVE_S if live else IDLE_S
-
-
-def _shown(watch: _Watch) -> Hashable:
-    """Changes when what is drawn does, but for the bones, with which Blender draws anew."""
-    status = watch.link.status
-    hands = hands_of(watch.link.forces.values(), status.devices if status is not None else ())
-    return (
-        tuple((*hand.place, *hand.force, *(hand.target if hand.target is not None else ())) for hand in hands),
-        tuple((pin.number, *pin.position) for pin in watch.pins.known),
-    )
 
 
 def _draw() -> None:
@@ -105,11 +109,9 @@ def _draw() -> None:
         return
     for session in seen_sessions(context):
         watch = _watch_of(session)
-        link, status = watch.link, watch.link.status
-        hands = hands_of(link.forces.values(), status.devices if status is not None else ())
         pins = np.reshape([pin.position for pin in watch.pins.known], (-1, 3))
         yielding = segments(session, list(_yielding_bones(session)))
-        drawn = picture(view_of(context, session), hands, pins, yielding, weight(session.bones.character))
+        drawn = picture(view_of(context, session), watch.hands(), pins, yielding, watch.measures.weight)
         _draw_triangles(drawn.triangles)
         _draw_labels(drawn.labels, context.preferences.system.ui_scale)
 

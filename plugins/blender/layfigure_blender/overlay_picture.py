@@ -18,6 +18,8 @@ from .view import View
 GRAVITY = 9.81  # [m/s^2]
 LONGEST_ARROW = 120.0  # points of the screen, that forces approach however large they are
 LABEL_RIGHT, LABEL_ABOVE, LABEL_BELOW = 12.0, 10.0, -20.0  # points of the screen, from the held point
+# Of a doll's size and weight: a quarter of a pixel where the doll is 500 pixels high, and of a force's arrow.
+UNSEEN = 5e-4
 LEAST_FORCE = 0.05  # [N]; smaller ones are not told: the tick of a hand at rest
 
 HAND: Color = (0.35, 0.80, 1.00, 1.0)
@@ -57,9 +59,32 @@ def hands_of(forces: Iterable[Force], devices: Iterable[Device]) -> list[Hand]:
     ]
 
 
-def weight(character: Character) -> float:
-    """Of the whole doll [N]."""
-    return GRAVITY * sum(joint.mass for joint in character.joints)
+class Measures(NamedTuple):
+    """How large and heavy a doll is."""
+
+    size: float  # [m], from one end of its joints to the other
+    weight: float  # [N]
+
+    @staticmethod
+    def of(character: Character) -> Measures:
+        places = np.array([joint.bind_translation for joint in character.joints])
+        mass = sum(joint.mass for joint in character.joints)
+        return Measures(float(np.linalg.norm(np.ptp(places, axis=0))), GRAVITY * mass)
+
+
+def look_alike(before: Sequence[Hand], now: Sequence[Hand], doll: Measures) -> bool:
+    """Whether drawing hands anew would show what is shown: a hand that rests trembles by less than can be seen."""
+    return len(before) == len(now) and all(
+        _is_near(a.place, b.place, UNSEEN * doll.size)
+        and (a.target is None) == (b.target is None)
+        and (a.target is None or b.target is None or _is_near(a.target, b.target, UNSEEN * doll.size))
+        and _is_near(a.force, b.force, min(UNSEEN * doll.weight, LEAST_FORCE))
+        for a, b in zip(before, now, strict=True)
+    )
+
+
+def _is_near(a: Floats, b: Floats, tolerance: float) -> bool:
+    return float(np.abs(a - b).max()) <= tolerance
 
 
 def picture(

@@ -6,6 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.props import FloatProperty, StringProperty
 
+from . import server
+
 
 class LayfigurePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
@@ -21,8 +23,11 @@ class LayfigurePreferences(bpy.types.AddonPreferences):
     )
     pose_hz: FloatProperty(  # type: ignore[valid-type]
         name="Poses per second",
-        description="How many poses a server that is started sends in a second",
-        default=60.0,
+        description=(
+            "How many poses a server that is started sends in a second. The fewer they are, the later the doll follows "
+            "the mouse"
+        ),
+        default=server.USUAL_POSE_HZ,
         min=10.0,
         max=240.0,
     )

@@ -23,6 +23,10 @@ from layfigure import Character, Pose, rotation, skeleton
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
+# Between poses that look alike: the turn [rad], so far below what is seen that the turns of all bones of a chain are,
+# too; and the root's way [m].
+UNSEEN_TURN = 4e-6
+UNSEEN_WAY = 2e-6
 FIT_TOLERANCE = 1e-3  # of the size of the whole: importers of other programs round places
 UNIFORM_TOLERANCE = 1e-4  # relative, between the scales of axes: far above single precision, far below what is seen
 
@@ -156,6 +160,13 @@ class BoneMap:
         motions = self.to_world @ in_armature @ self._to_armature
         turns = rotation.from_matrix(nearest_rotations(motions[:, :3, :3]))
         return rotation.multiply(turns, self._rest_rotations[self._driven_joints])
+
+
+def looks_alike(a: Pose, b: Pose) -> bool:
+    """Whether nobody could tell two poses of one doll from each other. A quaternion differs by half of a small turn."""
+    turns = a.rotations - b.rotations
+    way = a.root_translation - b.root_translation
+    return bool(np.abs(turns).max() <= 0.5 * UNSEEN_TURN and np.abs(way).max() <= UNSEEN_WAY)
 
 
 def matrices(rotations: Floats, positions: Floats) -> Floats:

@@ -12,6 +12,8 @@ import threading
 from pathlib import Path
 
 PROGRAM = "layfigure-server"
+# A motion of the mouse waits for the next pose, 4 ms at most: a quarter of a frame of most screens.
+USUAL_POSE_HZ = 240.0
 _GREETING = "listening on "
 _NAME_IN_FRONT = f"{PROGRAM}: "
 _LINE_ENDS = re.compile(r"\r\n|\r|\n")
@@ -50,7 +52,7 @@ class ServerProcess:
     attributes may be read from any thread. It writes to a pseudo terminal, as only there it tells of its progress.
     """
 
-    def __init__(self, program: Path, character: Path, *, pose_hz: float = 60.0) -> None:
+    def __init__(self, program: Path, character: Path, *, pose_hz: float = USUAL_POSE_HZ) -> None:
         """Starts it; it loads for a while. Raises ServerError if the program cannot be run."""
         self.url: str | None = None  # once it listens
         self.progress = "starting the server"  # what it is doing while it loads, one line

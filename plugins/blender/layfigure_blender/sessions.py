@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import contextlib
-import functools
-import shutil
-import tempfile
+import time
 import traceback
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from pathlib import Path
@@ -20,19 +18,21 @@ import numpy as np
 import layfigure
 from layfigure import LayfigureError, RefusedError
 
-from . import export, pose_writing, preferences, server
-from .background import call_all, in_background
+from . import pose_writing, preferences, server
 from .link import Link, Sample
+from .own_server import OwnServer, Preparation
 from .properties import NO_PLACE
-from .pushing import PosePush
-from .rig import Bone, BoneMap, Floats, MisfitError, check_similarity, fitted
+from .rig import BoneMap, Floats, MisfitError, check_similarity, fitted, looks_alike
+from .root_carrier import RootCarrier
+from .session_armature import SessionArmature, evaluate
+from .transfer import Transfer
 
-LIVE_INTERVAL_S = 1.0 / 120.0  # twice the rate of poses and of most screens
+LIVE_INTERVAL_S = 1.0 / 120.0  # twice the rate of most screens
+AT_REST_S = 0.15  # without another pose; one comes at least ten times a second
 IDLE_INTERVAL_S = 0.1
 NO_GRAVITY = (0.0, 0.0, 0.0)  # a doll that is to have the armature's pose, and to keep what it is given, does not sag
 
 Listener = Callable[["Session", Sample], None]
-Preparation = Callable[[Path, Path], object]  # (the server's program, the exported character); without bpy
 SettingsSource = Callable[[bpy.types.Object], Preparation | None]
 
 _sessions: dict[str, Session] = {}
@@ -55,39 +55,25 @@ class Session:
         self.place = NO_PLACE  # the doll's, in the server's history
         self.message = ""  # one line for the panel: what goes on, or what went wrong and the mend
         self.failed = False  # `message` is an error
-        self._name = armature.name
-        self._armature_bones = pose_writing.bones_of(armature)
+        self._object = SessionArmature(armature, self.id)
         self._to_world = to_world
-        self._server: server.ServerProcess | None = None
-        self._folder: Path | None = None  # of what was exported
-        self._program: Path | None = None
-        self._preparation: Future | None = None  # of the settings file, before the server starts
-        self.prepared: list[object] = []  # what the preparations returned
-        self._pose_hz = 60.0
+        self._own: OwnServer | None = None  # None: another's is used
         self._live = False
         self._run = 0  # id of the server's run whose poses are applied
-        self._push: PosePush | None = None
-        self._travel: Future[layfigure.Reply] | None = None  # to a place of the history
-        self._arrived_us = 0  # there, in the simulation's time: older poses are of before
+        self._transfer = Transfer()
+        self._carrier = RootCarrier()
         self._written: tuple[layfigure.Pose, Floats] | None = None
-        self._parent_at_placement: Floats | None = None
-        self._placement = np.eye(4)
-        self._was_in_edit_mode = False
+        self._seen: layfigure.Pose | None = None  # the newest, and since when it is that [monotonic s]
+        self._seen_since = 0.0
 
     def armature(self) -> bpy.types.Object | None:
         """The armature's object, found by the session's id; None if it was deleted."""
-        known = bpy.data.objects.get(self._name)
-        if known is None or known.layfigure.session != self.id:
-            known = next((item for item in bpy.data.objects if item.layfigure.session == self.id), None)
-        if known is None or known.type != "ARMATURE" or not known.users_scene:
-            return None
-        self._name = known.name
-        return known
+        return self._object.find()
 
     @property
     def live(self) -> bool:
         """The doll's poses are applied."""
-        return self._live and self._run != 0 and self._push is None and self._travel is None
+        return self._live and self._run != 0 and not self._transfer.under_way
 
     @property
     def busy(self) -> bool:
@@ -102,17 +88,22 @@ class Session:
     @property
     def program(self) -> Path | None:
         """The server, if it is the session's own."""
-        return self._program
+        return self._own.program if self._own is not None else None
 
     @property
     def character(self) -> Path | None:
         """What was exported for the session's own server."""
-        return self._folder / "character.glb" if self._folder is not None else None
+        return self._own.character if self._own is not None else None
+
+    @property
+    def prepared(self) -> list[object]:
+        """What the preparations of the session's own server returned."""
+        return self._own.prepared if self._own is not None else []
 
     @property
     def server_pid(self) -> int | None:
         """Of the session's own server."""
-        return self._server.pid if self._server is not None else None
+        return self._own.pid if self._own is not None else None
 
     def to_server(self) -> Floats:
         """(4, 4): from the armature's space to the server's world, with the doll's placement taken out."""
@@ -135,7 +126,7 @@ class Session:
         armature = self.armature()
         if armature is None or self.bones is None or armature.mode == "EDIT":
             return
-        self._follow_what_carries_the_root(armature)
+        self._carrier.follow(armature, self.bones)
         matrices = self.bones.pose_matrices(sample.pose)
         pose_writing.write(armature, self.bones, matrices)
         self._written = sample.pose, matrices
@@ -151,6 +142,13 @@ class Session:
         if animation is not None and (animation.action is not None or animation.nla_tracks):
             pose_writing.write(armature, self.bones, self._written[1])
 
+    def show_effect(self, timeout_s: float) -> None:
+        """Waits for the pose that what was just sent to the doll brings about, and applies it: the redraw that comes
+        shows it. Else that redraw shows what came before, and lasts a frame until the next one.
+        """
+        if self.live and self.link is not None and self.link.wait_for_effect(timeout_s):
+            guarded(self, self.step)
+
     def push_pose(self) -> Future[None]:
         """Sends the pose that the bones have to the doll; the future is done when the doll has it.
 
@@ -161,14 +159,13 @@ class Session:
             failed: Future[None] = Future()
             failed.set_exception(layfigure.UsageError(f"there is no doll yet: {self.message}"))
             return failed
-        _evaluate(armature)
+        evaluate(armature)
         matrices = pose_writing.matrices_of(armature, self.bones.bones)
-        self._parent_at_placement = np.array(pose_writing.parent_matrix(armature, self.bones, self.bones.root))
+        self._carrier.begin_to_place(armature, self.bones)
         self._written = None
         self.place = NO_PLACE
-        self._push = PosePush(self.link, self.bones, matrices)
         self._say("posing the doll as the armature is posed")
-        return self._push.future
+        return self._transfer.push(self.link, self.bones, matrices)
 
     def note_place(self, timeout_s: float = 1.0) -> None:
         """Asks the server for its place in its history, and writes it to the object: for operators that change the
@@ -191,16 +188,14 @@ class Session:
             self.push_pose()
             return
         self._written = None
-        self._travel = self.link.send("history", action="go", place=place)
+        self._transfer.travel(self.link, place)
         self.place = place
 
     def reconnect(self) -> None:
         """Connects anew; a server of the session's own that has ended is started again. Raises ServerError."""
-        if self._program is not None:
-            if self._server is not None:
-                self._server.stop()
+        if self._own is not None:
             self._close_link()
-            self._prepare()
+            self._start_own()
         elif self.link is not None:
             self._connect(self.link.url)
         self._begin_anew()
@@ -208,79 +203,41 @@ class Session:
     def stop(self, message: str = "") -> None:
         """Restores all but the pose, ends the server if it is the session's own, and forgets the session."""
         _sessions.pop(self.id, None)
-        self._preparation = None
         if message:
-            _last_words[self._name] = message
-        for item in bpy.data.objects:  # also a duplicate, which has its id
-            if item.layfigure.session == self.id:
-                release(item)
+            _last_words[self._object.name] = message
+        self._object.release()
         self._close_link()
-        if self._server is not None:
-            self._server.stop()
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        if self._own is not None:
+            self._own.stop()
         _redraw()
 
     # --- beginning ---
 
     def begin(self, context: bpy.types.Context, armature: bpy.types.Object) -> None:
-        """Raises ServerError, ExportError."""
+        """Raises ServerError or ExportError, upon which nothing has changed."""
         settings = preferences.of(context)
         if settings is not None and settings.url:
+            self._object.mark(armature)
             self._connect(settings.url)
         else:
-            self._program = server.find(settings.server_path if settings is not None else "")
-            self._pose_hz = settings.pose_hz if settings is not None else 60.0
-            self._export(context, armature)
-        armature.layfigure.session = self.id
-        armature.layfigure.place = NO_PLACE
-        if self._program is not None:
-            self._prepare()
-        _last_words.pop(self._name, None)
+            program = server.find(settings.server_path if settings is not None else "")
+            self._own = OwnServer(program, settings.pose_hz if settings is not None else server.USUAL_POSE_HZ)
+            try:
+                self._to_world = self._own.export(context, armature)
+                self._object.mark(armature)
+                self._start_own()
+            except BaseException:
+                self._own.stop()
+                self._object.release()
+                raise
+        _last_words.pop(self._object.name, None)
 
-    def _export(self, context: bpy.types.Context, armature: bpy.types.Object) -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="layfigure-", dir=bpy.app.tempdir or None))
-        try:
-            self._to_world = export.export_character(context, armature, self._folder / "character.glb").to_world
-        except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            raise
-
-    def _prepare(self) -> None:
-        """Settings are tried on the server's program first, on a thread: that may take as long as its start."""
-        armature, program, character = self.armature(), self._program, self.character
+    def _start_own(self) -> None:
+        armature = self.armature()
         assert armature is not None
-        assert program is not None
-        assert character is not None
-        jobs = [job for source in _settings_sources if (job := source(armature)) is not None]
-        self.prepared = []
-        character.with_suffix(".doll.toml").unlink(missing_ok=True)  # of the start before
-        if not jobs:
-            self._start_server()
-            return
-        calls = [functools.partial(job, program, character) for job in jobs]
-        self._preparation = in_background(functools.partial(call_all, calls), "settings")
-        self._say("trying the settings of the doll")
-
-    def _step_preparation(self) -> None:
-        assert self._preparation is not None
-        if not self._preparation.done():
-            return
-        preparation, self._preparation = self._preparation, None
-        error = preparation.exception()
-        if error is None:
-            self.prepared = preparation.result()
-            self._start_server()
-        elif isinstance(error, LayfigureError | OSError):
-            self.stop(str(error))
-        else:
-            raise error
-
-    def _start_server(self) -> None:
-        assert self._program is not None
-        assert self._folder is not None
-        self._server = server.ServerProcess(self._program, self._folder / "character.glb", pose_hz=self._pose_hz)
-        self._say(self._server.progress)
+        assert self._own is not None
+        self._own.start([job for source in _settings_sources if (job := source(armature)) is not None])
+        self._say(self._own.progress)
 
     def _connect(self, url: str) -> None:
         self._close_link()
@@ -297,7 +254,8 @@ class Session:
         """With the doll of another run of the server, which knows nothing of the former."""
         self._run = 0
         self._live = False
-        self._push = self._travel = self._written = None
+        self._transfer.forget()
+        self._written = None
 
     # --- what the timer does ---
 
@@ -306,21 +264,21 @@ class Session:
         armature = self.armature()
         if armature is None:
             self.stop("the armature was deleted, or its Start undone: the doll has ended")
-        elif not self._are_bones_the_same(armature):
+        elif not self._object.has_the_same_bones(armature):
             self.stop("the armature's bones were edited or renamed: the doll has ended; start it again")
         else:
             self._step_connection(armature)
 
     def _step_connection(self, armature: bpy.types.Object) -> None:
-        if self._preparation is not None:
-            self._step_preparation()
-        elif self._server is not None and self._server.error is not None:
-            self._take_the_servers_end(self._server.error)
+        if self._own is not None:
+            self._own.step()
+        if self._own is not None and self._own.error is not None:
+            self._take_the_servers_end(self._own.error)
         elif self.link is None:
-            if self._server is not None and self._server.url is not None:
-                self._connect(self._server.url)
-            elif self._server is not None:
-                self._say(self._server.progress)
+            if self._own is not None and self._own.url is not None:
+                self._connect(self._own.url)
+            elif self._own is not None:
+                self._say(self._own.progress)
         elif self.link.state in ("lost", "refused"):
             self._forget_what_is_on_its_way()
             self._fail(self.link.message)
@@ -333,9 +291,9 @@ class Session:
 
     def _forget_what_is_on_its_way(self) -> None:
         """A doll that may not have got its pose is to get that of the armature when it is met again."""
-        if self._push is not None or self._travel is not None:
+        if self._transfer.under_way:
             self._run = 0
-        self._push = self._travel = None
+        self._transfer.forget()
 
     def _take_the_servers_end(self, error: str) -> None:
         """One that does not get as far as a doll has nothing to go on with."""
@@ -348,10 +306,8 @@ class Session:
     def _step_doll(self, armature: bpy.types.Object, sample: Sample) -> None:
         if sample.pose.server_id != self._run:
             self._meet(armature, sample)
-        if self._push is not None:
-            self._step_push()
-        elif self._travel is not None:
-            self._step_travel()
+        if self._transfer.under_way:
+            self._step_transfer()
         if self.live:
             self._tell_how_it_goes()
             self._apply_news(sample)
@@ -370,73 +326,51 @@ class Session:
         assert self.link.character is not None
         try:
             to_world = self._to_world
-            if self._server is None:
-                to_world = fitted(self.link.character, self._armature_bones, self._to_world)
-            self.bones = BoneMap(self.link.character, self._armature_bones, to_world)
+            if self._own is None:
+                to_world = fitted(self.link.character, self._object.bones, self._to_world)
+            self.bones = BoneMap(self.link.character, self._object.bones, to_world)
         except MisfitError as error:
             self.stop(str(error))
             return
         self._run = sample.pose.server_id
-        self._arrived_us = 0
+        self._transfer.meet_another_run()
         self._live = True
-        if self._server is not None:  # another's is left as it is
+        if self._own is not None:  # another's is left as it is
             self.link.send("set", gravity=NO_GRAVITY)
         self.push_pose()
         pose_writing.mute(armature, self.bones.driven_names)
 
-    def _step_push(self) -> None:
-        assert self._push is not None
-        self._push.step()
-        if not self._push.done:
+    def _step_transfer(self) -> None:
+        arrival = self._transfer.step()
+        if arrival is None:
             return
-        error = self._push.future.exception()
-        if isinstance(error, RefusedError):
-            self.stop(f"the doll does not take the armature's pose: {error}")
-        elif error is not None:
-            self._forget_what_is_on_its_way()  # and try again
-            self._fail(f"the doll did not take the armature's pose: {error}")
-        else:
+        if isinstance(arrival.error, RefusedError):
+            if arrival.way == "push":
+                self.stop(f"the doll does not take the armature's pose: {arrival.error}")
+            else:
+                self.push_pose()
+        elif arrival.error is not None:
+            self._run = 0  # and try again
+            self._transfer.forget()
+            what = "the armature's pose" if arrival.way == "push" else "the pose that was undone or redone"
+            self._fail(f"the doll did not take {what}: {arrival.error}")
+        elif arrival.way == "push":
             assert self.bones is not None
-            self._push = None
-            self._placement = self.bones.placement
-
-    def _step_travel(self) -> None:
-        assert self._travel is not None
-        if not self._travel.done():
-            return
-        error = self._travel.exception()
-        if isinstance(error, RefusedError):
-            self._travel = None
-            self.push_pose()
-        elif error is not None:
-            self._forget_what_is_on_its_way()
-            self._fail(str(error))
-        else:
-            self._arrived_us = self._travel.result().time_us
-            self._travel = None
+            self._carrier.end_to_place(self.bones)
 
     def _apply_news(self, sample: Sample) -> None:
-        is_news = self._written is None or not _are_equal(self._written[0], sample.pose)
-        if is_news and sample.pose.time_us >= self._arrived_us:
-            self.apply(sample)
-
-    def _follow_what_carries_the_root(self, armature: bpy.types.Object) -> None:
-        """Bones above the doll's root are not the doll's: it goes where they go."""
-        assert self.bones is not None
-        if self._parent_at_placement is None:
+        """What nobody can see waits until the doll has come to rest: a pose that is applied has the window drawn, and
+        while it draws, a motion of the mouse waits."""
+        if not self._transfer.is_over_before(sample):
             return
-        now = np.array(pose_writing.parent_matrix(armature, self.bones, self.bones.root))
-        self.bones.placement = now @ np.linalg.inv(self._parent_at_placement) @ self._placement
-
-    def _are_bones_the_same(self, armature: bpy.types.Object) -> bool:
-        """Looked at after edit mode; names always, as bones are found by them."""
-        in_edit_mode = armature.mode == "EDIT"
-        was_in_edit_mode, self._was_in_edit_mode = self._was_in_edit_mode, in_edit_mode
-        if in_edit_mode:
-            return True
-        if any(bone.name not in armature.pose.bones for bone in self._armature_bones):
-            return False
-        return not was_in_edit_mode or _same_bones(self._armature_bones, pose_writing.bones_of(armature))
+        now = time.monotonic()
+        if self._seen is None or not _are_equal(self._seen, sample.pose):
+            self._seen, self._seen_since = sample.pose, now
+        if self._written is not None and looks_alike(self._written[0], sample.pose):
+            is_at_rest = now - self._seen_since >= AT_REST_S
+            if not is_at_rest or _are_equal(self._written[0], sample.pose):
+                return
+        self.apply(sample)
 
     def mute_again(self) -> None:
         """After an undo, which brought back what was not muted when its step was made."""
@@ -553,28 +487,6 @@ def guarded(session: Session, action: Callable[[], None]) -> None:
 
 def _are_equal(a: layfigure.Pose, b: layfigure.Pose) -> bool:
     return np.array_equal(a.rotations, b.rotations) and np.array_equal(a.root_translation, b.root_translation)
-
-
-def _same_bones(a: Sequence[Bone], b: Sequence[Bone]) -> bool:
-    if [(bone.name, bone.parent) for bone in a] != [(bone.name, bone.parent) for bone in b]:
-        return False
-    return np.array_equal([bone.rest for bone in a], [bone.rest for bone in b])
-
-
-def _evaluate(armature: bpy.types.Object) -> None:
-    """What was set of its bones shows in their matrices, in whatever scene it is."""
-    scenes = armature.users_scene
-    layers = [bpy.context.view_layer] if bpy.context.scene in scenes else [scene.view_layers[0] for scene in scenes[:1]]
-    for layer in layers:
-        layer.update()
-
-
-def release(armature: bpy.types.Object) -> None:
-    """Takes all traces of a session off it."""
-    if armature.type == "ARMATURE":
-        pose_writing.unmute(armature)
-    for name in ("session", "place", "run"):
-        armature.layfigure.property_unset(name)
 
 
 def _redraw() -> None:

@@ -5,6 +5,7 @@ is not smoothed by them. No bpy. Places are in pixels, colours are red, green, b
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -42,20 +43,19 @@ def lines(starts: ArrayLike, ends: ArrayLike, width: float, color: Color) -> Tri
     a, b, along = a[shown], b[shown], (b - a)[shown] / lengths[shown, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     rails, alphas = _rails(0.5 * width)
-    offsets = across[:, None, :] * rails[:, None]
+    offsets = across[:, None, :] * np.array(rails)[:, None]
     return _strips(np.stack([a[:, None] + offsets, b[:, None] + offsets], axis=1), alphas, color)
 
 
 def disc(center: ArrayLike, radius: float, color: Color, sides: int = SIDES) -> Triangles:
     """A full circle; with four sides a diamond."""
-    return _circles(
-        center, np.array([0.0, radius - 0.5 * FEATHER, radius + 0.5 * FEATHER]), [1.0, 1.0, 0.0], color, sides
-    )
+    radii = (0.0, radius - 0.5 * FEATHER, radius + 0.5 * FEATHER)
+    return _circles(center, radii, (1.0, 1.0, 0.0), color, sides)
 
 
 def ring(center: ArrayLike, radius: float, width: float, color: Color, sides: int = SIDES) -> Triangles:
     rails, alphas = _rails(0.5 * width)
-    return _circles(center, radius + rails, alphas, color, sides)
+    return _circles(center, tuple(radius + rail for rail in rails), alphas, color, sides)
 
 
 def arrow(start: ArrayLike, end: ArrayLike, width: float, color: Color) -> Triangles:
@@ -73,22 +73,31 @@ def arrow(start: ArrayLike, end: ArrayLike, width: float, color: Color) -> Trian
     return joined([lines(a, neck, width, color), Triangles(corners, np.tile(color, (3, 1))), edges])
 
 
-def _rails(half_width: float) -> tuple[Floats, list[float]]:
+def _rails(half_width: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Across a line: where its edges begin and end to fade, and the share of the colour's alpha there."""
     inner, outer = max(half_width - 0.5 * FEATHER, 0.0), half_width + 0.5 * FEATHER
-    return np.array([-outer, -inner, inner, outer]), [0.0, 1.0, 1.0, 0.0]
+    return (-outer, -inner, inner, outer), (0.0, 1.0, 1.0, 0.0)
 
 
-def _circles(center: ArrayLike, radii: Floats, alphas: list[float], color: Color, sides: int) -> Triangles:
+def _circles(
+    center: ArrayLike, radii: tuple[float, ...], alphas: tuple[float, ...], color: Color, sides: int
+) -> Triangles:
     if not np.isfinite(center).all():
         return NOTHING
+    around_origin = _circles_around_origin(radii, alphas, color, sides)
+    return Triangles(around_origin.points + np.asarray(center), around_origin.colors)
+
+
+@functools.lru_cache(maxsize=64)
+def _circles_around_origin(radii: tuple[float, ...], alphas: tuple[float, ...], color: Color, sides: int) -> Triangles:
+    """Kept, as an overlay draws the same few in each frame, and elsewhere. Not to be written to."""
     turns = 2.0 * np.pi * np.arange(sides + 1) / sides
     spokes = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    corners = np.asarray(center) + spokes[:, None, :] * np.maximum(radii, 0.0)[:, None]
+    corners = spokes[:, None, :] * np.maximum(radii, 0.0)[:, None]
     return _strips(np.stack([corners[:-1], corners[1:]], axis=1), alphas, color)
 
 
-def _strips(corners: Floats, alphas: list[float], color: Color) -> Triangles:
+def _strips(corners: Floats, alphas: tuple[float, ...], color: Color) -> Triangles:
     """Of pieces (N, 2, R, 2): two ends with R rails each, between which are R - 1 quadrilaterals."""
     colors = np.tile(color, (len(alphas), 1))
     colors[:, 3] *= alphas

@@ -556,7 +556,7 @@ def bones_that_are_edited_end_the_session(_: Path) -> None:
 def file_that_is_loaded_anew_ends_the_session(_: Path) -> None:
     armature = world.chain(NAMES)
     session = world.start(armature)
-    pid, folder = session.server_pid, session._folder
+    pid, folder = session.server_pid, session.character.parent
     bpy.ops.wm.read_homefile(use_empty=True)
     assert not sessions.all()
     assert not is_running(pid)

@@ -81,6 +81,13 @@ def load_character(path):
         bpy.ops.view3d.view_all()
 
 
+def make_drawing_light():
+    """As somebody sets it whose machine draws slowly: without anti-aliasing, and nothing but the view."""
+    bpy.context.preferences.system.viewport_aa = "OFF"
+    bpy.context.preferences.system.use_overlay_smooth_wire = False
+    view_area().spaces.active.show_region_ui = False
+
+
 def operator_under_mouse(kind):
     """The Python call of the button that the mouse is over in a region of the 3D view; empty if there is none."""
     manager = bpy.context.window_manager
@@ -108,17 +115,25 @@ def _count_panel(_panel, _context):
 
 
 class DrawWatch:
-    """Notes when the 3D view was drawn, and where a bone was then."""
+    """Notes when a draw of the 3D view was on the screen, and where a bone was in it."""
 
     def __init__(self, bone):
         self.begin = bone_head(bone)
         self.draws = []  # (monotonic time [s], x, y, z [m])
         self.always = False  # one draw is to follow the other
         self._bone = bone
+        self._drawn = []
         self._handle = bpy.types.SpaceView3D.draw_handler_add(self._note, (), "WINDOW", "POST_PIXEL")
 
     def _note(self):
-        self.draws.append((time.monotonic(), *bone_head(self._bone)))
+        """While it is drawn. A timer's turn comes next after all of the window was, and was brought to the screen."""
+        self._drawn.append(bone_head(self._bone))
+        if not bpy.app.timers.is_registered(self._show):
+            bpy.app.timers.register(self._show, first_interval=0.0)
+
+    def _show(self):
+        self.draws += [(time.monotonic(), *place) for place in self._drawn]
+        self._drawn.clear()
         if self.always:
             view_area().tag_redraw()
 

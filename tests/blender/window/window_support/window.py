@@ -140,6 +140,11 @@ class BlenderWindow:
         self._xdotool("mousemove", *(str(round(c)) for c in place))
         return before
 
+    def resize(self, width: int, height: int) -> None:
+        """The window, whose upper left corner stays."""
+        self._xdotool("search", "--onlyvisible", "--name", "Blender", "windowsize", str(width), str(height))
+        self.wait_for(f"(window().width, window().height) == ({width}, {height})")
+
     # --- panels ------------------------------------------------------------------------------------------------------
 
     def enable(self, module: str) -> None:

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bones above the doll's root are not the doll's: it goes where they go."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from . import pose_writing
+from .rig import BoneMap, Floats
+
+
+class RootCarrier:
+    """Moves `bones.placement` with the bones that the doll's root hangs from."""
+
+    def __init__(self) -> None:
+        self._then: Floats | None = None  # (4, 4), of the root's parent when the doll was placed
+        self._placement = np.eye(4)
+
+    def begin_to_place(self, armature: bpy.types.Object, bones: BoneMap) -> None:
+        self._then = self._now(armature, bones)
+
+    def end_to_place(self, bones: BoneMap) -> None:
+        self._placement = bones.placement
+
+    def follow(self, armature: bpy.types.Object, bones: BoneMap) -> None:
+        if self._then is not None:
+            bones.placement = self._now(armature, bones) @ np.linalg.inv(self._then) @ self._placement
+
+    @staticmethod
+    def _now(armature: bpy.types.Object, bones: BoneMap) -> Floats:
+        return np.array(pose_writing.parent_matrix(armature, bones, bones.root), np.float64)
