@@ -80,9 +80,11 @@ class Grab:
         now: float,
         *,
         click_radius: float,
+        why_no_way: str = "",
     ) -> None:
         """The button goes down at the pixel `mouse`; the `ways` to take hold there are tried one after the other. The
-        mouse moves within `click_radius` [pixels] in a click."""
+        mouse moves within `click_radius` [pixels] in a click. Without ways it may be a click as well, and holds nothing
+        else, which `why_no_way` tells."""
         self.phase = Phase.PRESSED
         self.outcome: Outcome | None = None
         self.note = ""  # one line, "" if there is nothing to say
@@ -93,6 +95,7 @@ class Grab:
         self._link = link
         self._pins = pins
         self._ways = list(ways)
+        self._why_no_way = why_no_way
         self._pressed_at, self._pressed_mouse = now, np.array(mouse, np.float64)
         self._click_radius = click_radius
         self._later: list[Callable[[], None]] = []  # to be done when it is held
@@ -178,6 +181,9 @@ class Grab:
 
     def _take_hold(self) -> None:
         if self.phase is not Phase.PRESSED:
+            return
+        if not self._ways:
+            self._end(Outcome.MISSED, self._why_no_way)
             return
         self.phase = Phase.ASKED
         self._place_before = self._link.send("history")

@@ -28,7 +28,9 @@ CONNECT_TIMEOUT_S = 1.5  # of one attempt; below the 2 s in which close() expect
 RETRY_S = 0.2
 IDLE_S = 0.1  # the longest wait, after which it is seen whether the server has fallen silent
 NO_FILE = -1
-ON_THE_WAY_US = 1000  # a message to the server, which is taken in by the next step; one takes 0.1 to 0.5 ms
+# A message takes 0.1 to 0.5 ms to the server, which takes it in with its next step; what it moves is seen to move after
+# another one.
+ON_THE_WAY_US = 2000
 MOST_QUEUED = 1000  # commands and pointers; more than a server that answers ever lets wait
 
 

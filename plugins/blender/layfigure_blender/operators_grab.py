@@ -101,6 +101,7 @@ class LAYFIGURE_OT_grab(bpy.types.Operator):
             mouse,
             time.monotonic(),
             click_radius=radius,
+            why_no_way=target.why_none,
         )
         return True
 

@@ -16,9 +16,13 @@ from layfigure.protocol import Floats
 
 from . import sessions
 from .grab import Way
+from .obstacles import CLEAR, Sight, line_of_sight
 from .picking import BONE_RADIUS, Hit, nearest_bone
+from .rig import check_similarity
 from .sessions import Session
 from .view import View
+
+MEND = "hide that, or switch X-ray on (Alt Z)"
 
 
 def is_posable(session: Session) -> bool:
@@ -56,22 +60,21 @@ class Target:
 
     session: Session
     view: View
-    ways: Sequence[Way]
-    bone: Hit | None  # that is hit
+    ways: Sequence[Way]  # none if something else hides it
+    why_none: str  # one line, "" if there are ways
 
 
 def target_under(context: bpy.types.Context, mouse: tuple[float, float]) -> Target | None:
-    """Of several dolls, that of which a bone is drawn nearest to the mouse."""
-    found = [(session, view_of(context, session)) for session in seen_sessions(context)]
-    if not found:
-        return None
-    nearest = [(session, view, _nearest_bone(session, view, mouse)) for session, view in found]
-    session, view, hit = min(nearest, key=lambda entry: np.inf if entry[2] is None else entry[2][1].distance)
-    ways = list(_ways(context, session, view, mouse, hit))
-    if not ways:
-        return None
-    is_hit = hit is not None and hit[1].distance <= BONE_RADIUS
-    return Target(session, view, ways, hit[1] if hit is not None and is_hit else None)
+    """Of several dolls that are not hidden there, that of which a bone is drawn nearest to the mouse."""
+    found = [_look(context, session, mouse) for session in seen_sessions(context)]
+    found.sort(key=lambda look: np.inf if look.hit is None else look.hit[1].distance)
+    for look in found:
+        if ways := list(_ways(context, look, look.sight)):
+            return Target(look.session, look.view, ways, "")
+    for look in found:
+        if any(True for _ in _ways(context, look, CLEAR)):
+            return Target(look.session, look.view, (), f"'{look.sight.name}' is in front of the doll: {MEND}")
+    return None
 
 
 def joint_under(context: bpy.types.Context, session: Session, view: View, mouse: tuple[float, float]) -> int | None:
@@ -94,18 +97,52 @@ def segments(session: Session, names: Sequence[str]) -> tuple[Floats, Floats]:
     return ends[:, 0], ends[:, 1]
 
 
-def _ways(
-    context: bpy.types.Context, session: Session, view: View, mouse: tuple[float, float], hit: tuple[str, Hit] | None
-) -> Iterator[Way]:
-    """The bone first where bones are drawn over the skin, else the skin."""
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """At one doll, through a pixel."""
+
+    session: Session
+    view: View
+    origin: Floats  # of the ray, and its direction of length 1, in the server's world
+    direction: Floats
+    hit: tuple[str, Hit] | None  # the nearest bone
+    sight: Sight
+
+
+def _look(context: bpy.types.Context, session: Session, mouse: tuple[float, float]) -> _Look:
+    view = view_of(context, session)
+    ray = view.ray(mouse)
+    return _Look(session, view, *ray, _nearest_bone(session, view, mouse), _sight(context, session, *ray))
+
+
+def _ways(context: bpy.types.Context, look: _Look, sight: Sight) -> Iterator[Way]:
+    """The bone first where bones are drawn over the skin, else the skin; neither behind what hides it."""
+    session, hit = look.session, look.hit
+    are_bones_in_front = _draws_bones_in_front(context, session)
     by_bone: list[Way] = []
     if hit is not None and hit[1].distance <= BONE_RADIUS and _draws_bones(context, session):
-        by_bone = [_bone_way(session, *hit)]
+        away = float((hit[1].point - look.origin) @ look.direction) / _scale(session)
+        if are_bones_in_front or not sight.hides(away):
+            by_bone = [_bone_way(session, *hit)]
     by_skin: list[Way] = []
-    if any(mesh.visible_get(viewport=context.space_data) for mesh in _meshes(session)):
-        origin, direction = view.ray(mouse)
-        by_skin = [{"origin": origin, "direction": direction}]
-    yield from by_bone + by_skin if _draws_bones_in_front(context, session) else by_skin + by_bone
+    if not sight.skin_is_hidden and any(mesh.visible_get(viewport=context.space_data) for mesh in _meshes(session)):
+        by_skin = [{"origin": look.origin, "direction": look.direction}]
+    yield from by_bone + by_skin if are_bones_in_front else by_skin + by_bone
+
+
+def _sight(context: bpy.types.Context, session: Session, origin: Floats, direction: Floats) -> Sight:
+    armature = session.armature()
+    if armature is None or _sees_through(context):
+        return CLEAR
+    to_blender = np.linalg.inv(session.world_to_server())
+    start = to_blender[:3, :3] @ origin + to_blender[:3, 3]
+    way = to_blender[:3, :3] @ direction
+    return line_of_sight(context, armature, list(_meshes(session)), start, way / np.linalg.norm(way))
+
+
+def _scale(session: Session) -> float:
+    """Of Blender's world in the server's."""
+    return check_similarity(session.world_to_server())
 
 
 def _bone_way(session: Session, name: str, hit: Hit) -> Way:
@@ -162,9 +199,13 @@ def _draws_bones(context: bpy.types.Context, session: Session) -> bool:
 
 def _draws_bones_in_front(context: bpy.types.Context, session: Session) -> bool:
     """Of the skin, so that who clicks where both are means the bone."""
-    armature, shading = session.armature(), context.space_data.shading
-    sees_through = shading.type == "WIREFRAME" or (shading.type == "SOLID" and shading.show_xray)
-    return bool(armature is not None and (armature.show_in_front or sees_through))
+    armature = session.armature()
+    return bool(armature is not None and (armature.show_in_front or _sees_through(context)))
+
+
+def _sees_through(context: bpy.types.Context) -> bool:
+    shading = context.space_data.shading
+    return bool(shading.type == "WIREFRAME" or (shading.type == "SOLID" and shading.show_xray))
 
 
 def _is_drawn(armature: bpy.types.Object, bone: bpy.types.PoseBone) -> bool:

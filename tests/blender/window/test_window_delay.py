@@ -38,8 +38,8 @@ def small(blender: BlenderWindow, character: Path) -> BlenderWindow:
 
 
 def own_frame_s(blender: BlenderWindow) -> float:
-    """The median time between two draws of the view, one straight after the other."""
-    blender.do(f"watch = DrawWatch({WRIST!r}); watch.always = True; view_area().tag_redraw()")
+    """The median time between two draws of a bone that Blender itself poses, one straight after the other."""
+    blender.do(f"watch = DrawWatch({WRIST!r}); watch.always = True; watch.pose_again()")
     blender.wait_for(f"len(watch.draws) > {FRAMES}")
     blender.do("watch.close()")
     return float(np.median(np.diff([draw[0] for draw in blender.ask("watch.draws")])))

@@ -148,6 +148,91 @@ def scene_nearer_of_two_dolls_is_meant() -> None:
     other.stop()
 
 
+def kinds_of_ways(context: InView, pixel: np.ndarray) -> list[str]:
+    target = seen_dolls.target_under(context, tuple(pixel))
+    return [next(iter(way)) for way in target.ways]
+
+
+def scene_doll_is_not_taken_hold_of_through_a_wall() -> None:
+    armature, session = live_chain(1.5, turned=True)
+    armature.location += Vector((0.1, -0.1, 0.05))
+    bpy.context.view_layer.update()
+    bone = 0.5 * (head(armature, "upper") + head(armature, "middle"))
+    for perspective in (True, False):
+        context = InView(perspective=perspective)
+        pixel = context.seen_at(bone)
+        to_eye = -Vector(context.direction(pixel))
+        assert kinds_of_ways(context, pixel) == ["origin", "bone"]
+        bpy.ops.mesh.primitive_cube_add(size=0.3, location=bone + 1.5 * to_eye)
+        wall = bpy.context.object
+        wall.name = "wall"
+        world.select(armature)
+        target = seen_dolls.target_under(context, tuple(pixel))
+        assert target is not None, "a click selects the wall"
+        assert len(target.ways) == 0
+        assert "'wall'" in target.why_none
+        assert "X-ray" in target.why_none
+        a_click_holds_nothing_but_tells_why(session, target, pixel)
+
+        armature.show_in_front = True
+        assert kinds_of_ways(context, pixel) == ["bone"], "what is seen through the wall"
+        armature.show_in_front = False
+        context.space_data.shading.show_xray = True
+        assert kinds_of_ways(context, pixel) == ["bone", "origin"]
+        context.space_data.shading.show_xray = False
+        for change, back in (
+            ("wall.display_type = 'WIRE'", "wall.display_type = 'TEXTURED'"),
+            ("wall.hide_set(True)", "wall.hide_set(False)"),
+            ("wall.location = bone - 1.5 * to_eye", "wall.location = bone + 1.5 * to_eye"),
+            ("wall.parent = armature", "wall.parent = None"),
+            ("wall.rotation_euler.z = 0.5; wall.location.x += 1.0", "wall.location = bone + 1.5 * to_eye"),
+        ):
+            names = {"wall": wall, "bone": bone, "to_eye": to_eye, "armature": armature}
+            exec(change, names)
+            if wall.parent is not None:
+                wall.matrix_world = Matrix.Translation(bone + 1.5 * to_eye)
+            bpy.context.view_layer.update()
+            assert kinds_of_ways(context, pixel) == ["origin", "bone"], (change, perspective)
+            exec(back, names)
+            bpy.context.view_layer.update()
+        assert kinds_of_ways(context, pixel) == []
+        bpy.data.objects.remove(wall)
+    session.stop()
+
+
+def a_click_holds_nothing_but_tells_why(
+    session: sessions.Session, target: seen_dolls.Target, pixel: np.ndarray
+) -> None:
+    def pressed() -> Grab:
+        pins = overlay.pins_of(session)
+        return Grab(session.link, pins, 15, target.ways, pixel, 0.0, click_radius=3.0, why_no_way=target.why_none)
+
+    click = pressed()
+    click.release()
+    assert click.outcome is Outcome.CLICKED
+    drag = pressed()
+    drag.mouse(target.view, pixel + 20.0)
+    drag.release()
+    assert (drag.phase, drag.outcome, drag.note) == (Phase.ENDED, Outcome.MISSED, target.why_none)
+
+
+def scene_doll_in_front_of_another_is_meant() -> None:
+    """Even where a bone of the hidden one is drawn nearer to the mouse."""
+    armature, session = live_chain()
+    context = InView()
+    bone = 0.5 * (head(armature, "upper") + head(armature, "middle"))
+    pixel = context.seen_at(bone)
+    front = world.chain(NAMES, radius=0.1)
+    front.location = -1.5 * Vector(context.direction(pixel)) + Vector((0.04, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    other = world.start(front)
+    world.settle(other)
+    bpy.context.view_layer.update()
+    assert seen_dolls.target_under(context, tuple(pixel)).session is other
+    session.stop()
+    other.stop()
+
+
 def scene_drag_moves_the_bone_that_is_seen() -> None:
     armature, session = live_chain(2.0, turned=True)
     armature.show_in_front = True

@@ -120,7 +120,7 @@ class DrawWatch:
     def __init__(self, bone):
         self.begin = bone_head(bone)
         self.draws = []  # (monotonic time [s], x, y, z [m])
-        self.always = False  # one draw is to follow the other
+        self.always = False  # one draw is to follow the other, as if the bone were posed with Blender's own tools
         self._bone = bone
         self._drawn = []
         self._handle = bpy.types.SpaceView3D.draw_handler_add(self._note, (), "WINDOW", "POST_PIXEL")
@@ -135,7 +135,12 @@ class DrawWatch:
         self.draws += [(time.monotonic(), *place) for place in self._drawn]
         self._drawn.clear()
         if self.always:
-            view_area().tag_redraw()
+            self.pose_again()
+
+    def pose_again(self):
+        """To the same pose; Blender evaluates and draws all that shows it."""
+        bone = armature().pose.bones[self._bone]
+        bone.rotation_quaternion = bone.rotation_quaternion
 
     def close(self):
         bpy.types.SpaceView3D.draw_handler_remove(self._handle, "WINDOW")
