@@ -12,7 +12,7 @@ from blender_support.views import front_view, shifted
 from layfigure_blender.grab import HOLD_AFTER_S, MOST_POINTERS, SOFT, TURNING, Grab, Outcome, Phase, free_pointer
 from layfigure_blender.pins import PinList
 
-from layfigure import Argument, BusError, Device, Force, RefusedError, Reply, rotation
+from layfigure import Argument, BusError, Device, Force, NoReplyError, ProtocolError, RefusedError, Reply, rotation
 
 VIEW = front_view()
 HELD = np.array([0.2, 0.0, 1.1])
@@ -103,6 +103,50 @@ def holding(link: FakeLink) -> Grab:
 def force(attached: bool) -> Force:
     zero = np.zeros(3)
     return Force(0, 1, 0, 9, "grab" if attached else "none", attached, attached, 1, zero, zero, *[zero] * 4)
+
+
+GRABBED = {"joint": [1], "position": HELD, "point": [0.0, 0.1, 0.0], "pointer": POINTER}
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        *(({name: value for name, value in GRABBED.items() if name != left}, f"'{left}'") for left in GRABBED),
+        ({**GRABBED, "pointer": POINTER[:3]}, "3 numbers of 'pointer', expected 7"),
+        ({**GRABBED, "joint": [2]}, "joint 2 is held, expected 0 to 1"),
+    ],
+)
+def test_answer_that_is_not_understood_ends_it_with_a_line(link: FakeLink, answer: dict[str, Any], told: str) -> None:
+    grab = press(link)
+    grab.mouse(VIEW, shifted(MOUSE, 10.0, 0.0))
+    link.unanswered("history").accept(place=[4])
+    link.unanswered("grab").accept(**answer)
+    grab.poll(10.1)
+    assert (grab.phase, grab.outcome) == (Phase.ENDED, Outcome.LOST)
+    assert told in grab.note
+    assert "\n" not in grab.note
+    assert link.names[-1] == "release"
+    grab.mouse(VIEW, MOUSE)
+    grab.release()
+    assert link.places == []
+
+
+@pytest.mark.parametrize("error", [ProtocolError("of another version"), NoReplyError("no answer within 2 s")])
+def test_no_answer_to_a_grab_ends_it_with_a_line(link: FakeLink, error: Exception) -> None:
+    grab = press(link)
+    grab.mouse(VIEW, shifted(MOUSE, 10.0, 0.0))
+    link.unanswered("history").future.set_exception(error)
+    link.unanswered("grab").future.set_exception(error)
+    grab.poll(10.1)
+    assert (grab.outcome, grab.note) == (Outcome.LOST, str(error))
+    assert link.names[-1] == "release"
+
+
+def test_pins_that_are_told_otherwise_are_none(link: FakeLink) -> None:
+    pins = PinList(link)
+    pins.ask()
+    link.unanswered("pin").accept(pin=[1, 2], joint=[0])
+    assert pins.known == ()
 
 
 # --- pressing -------------------------------------------------------------------------------------------------------

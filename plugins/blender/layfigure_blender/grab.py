@@ -22,7 +22,7 @@ from layfigure.protocol import Floats
 from .drag import Drag
 from .link import Link
 from .pins import PinList
-from .replies import numbers
+from .replies import exactly, numbers
 from .view import View
 
 MOST_POINTERS = 16  # of a server
@@ -50,7 +50,7 @@ class Outcome(enum.Enum):
     MISSED = enum.auto()  # there was nothing to hold
     RELEASED = enum.auto()  # the doll may be another one
     CANCELLED = enum.auto()  # the doll is as it was before
-    LOST = enum.auto()  # the server
+    LOST = enum.auto()  # the server, or the sense of what it answers
 
 
 def free_pointer(status: layfigure.Status | None, forces: Mapping[int, layfigure.Force]) -> int | None:
@@ -198,28 +198,36 @@ class Grab:
         if not self._asked.done():
             return
         try:
-            reply = self._asked.result()
+            self._begin_to_hold(self._asked.result())
         except layfigure.RefusedError as refusal:
             if self._ways:
                 self._try_next_way()
             else:
                 self._end(Outcome.MISSED, str(refusal))
         except layfigure.LayfigureError as error:
+            self._link.send("release", pointer=self.pointer)  # it may have taken hold all the same
             self._end(Outcome.LOST, str(error))
-        else:
-            self._begin_to_hold(reply)
 
     def _begin_to_hold(self, reply: layfigure.Reply) -> None:
-        self.phase = Phase.HOLDING
-        self.joint = int(reply.values("joint")[0])
-        self._held = np.array(reply.values("position"))
-        self._point = np.array(reply.values("point"))
-        pointer = np.array(reply.values("pointer"))
+        """Raises ProtocolError."""
+        joint = self._checked_joint(int(exactly(reply, "joint", 1)[0]))
+        self._held = np.array(exactly(reply, "position", 3))
+        self._point = np.array(exactly(reply, "point", 3))
+        pointer = np.array(exactly(reply, "pointer", 7))
         self._pointer_then, self._pointer_rotation_then = pointer[:3], pointer[3:]
+        self.joint = joint
+        self.phase = Phase.HOLDING
         self._drag = Drag(self._held, self._pressed_mouse)
         later, self._later = self._later, []
         for action in later:
             self._when_held(action)
+
+    def _checked_joint(self, joint: int) -> int:
+        assert self._link.character is not None
+        count = len(self._link.character.joints)
+        if not 0 <= joint < count:
+            raise layfigure.ProtocolError(f"the server says that joint {joint} is held, expected 0 to {count - 1}")
+        return joint
 
     def _when_held(self, action: Callable[[], None]) -> None:
         if self.phase is Phase.ASKED:

@@ -51,8 +51,11 @@ class PinList:
 
 
 def _pins(reply: layfigure.Reply) -> tuple[Pin, ...]:
-    positions = np.reshape(numbers(reply, "position"), (-1, 3))
+    """None of a server that tells them otherwise, as one of another version may."""
+    pins, joints, places = (numbers(reply, name) for name in ("pin", "joint", "position"))
+    if not len(pins) == len(joints) == len(places) / 3:
+        return ()
+    positions = np.reshape(places, (-1, 3))
     return tuple(
-        Pin(int(number), int(joint), position)
-        for number, joint, position in zip(numbers(reply, "pin"), numbers(reply, "joint"), positions, strict=True)
+        Pin(int(pin), int(joint), position) for pin, joint, position in zip(pins, joints, positions, strict=True)
     )

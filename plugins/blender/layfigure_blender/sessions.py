@@ -169,9 +169,11 @@ class Session:
 
     def note_place(self, timeout_s: float = 1.0) -> None:
         """Asks the server for its place in its history, and writes it to the object: for operators that change the
-        doll, before they return FINISHED, so that Blender's undo step and the doll's belong together."""
+        doll, before they return FINISHED, so that Blender's undo step and the doll's belong together. Where it is not
+        told, an undo brings the doll to the pose that the armature has then."""
         if self.link is None:
             return
+        self.place = NO_PLACE
         with contextlib.suppress(LayfigureError, FutureTimeoutError):
             reply = self.link.send("history").result(timeout_s)
             self.place = int(reply.values("place")[0])

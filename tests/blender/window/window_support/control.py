@@ -190,7 +190,8 @@ def evaluate(request):
         return {"error": traceback.format_exc()}
 
 
-np.bool = bool  # Debian's glTF importer asks for it by this name, which Debian's NumPy has dropped
+if not hasattr(np, "bool"):  # as Debian's glTF importer asks for it, and NumPy 1.24 to 1.26 do not have it
+    np.bool = bool
 bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.use_save_prompt = False
 bpy.context.preferences.view.smooth_view = 0  # views are where they are to be at once
