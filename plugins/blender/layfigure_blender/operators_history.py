@@ -7,60 +7,30 @@ Session.note_place().
 
 from __future__ import annotations
 
-import concurrent.futures
 from concurrent.futures import Future
-from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 
-from layfigure import LayfigureError, Reply
+from layfigure import Reply
 
 from . import sessions
+from .commands import ChangesDoll, ask
 from .link import Sample
-from .live import live_session, sentence
+from .live import live_session
 
-REPLY_TIMEOUT_S = 2.0  # of commands that take the server some ms; Blender stands still meanwhile
 MOST_LETTERS = 64  # bytes of a snapshot's name, in the server
 
 _listing: dict[str, Future[Reply]] = {}  # of snapshots, by session id
 _listed: set[str] = set()  # sessions whose snapshots were asked for
 
 
-def ask(operator: bpy.types.Operator, session: sessions.Session, name: str, /, **arguments: Any) -> Reply | None:
-    """The answer to a command; None if there is none, which the operator has reported then."""
-    try:
-        return session.link.send(name, **arguments).result(REPLY_TIMEOUT_S)
-    except concurrent.futures.TimeoutError:
-        operator.report({"ERROR"}, f"The doll's server did not answer '{name}' within {REPLY_TIMEOUT_S:g} s")
-    except LayfigureError as error:
-        operator.report({"ERROR"}, sentence(error))
-    return None
-
-
 def label_of(reply: Reply) -> str:
     return next((result.text for result in reply.results if result.name == "label"), "")
 
 
-class _ChangesDoll:
-    """An operator that is one command, and one step of Blender's undo."""
-
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return live_session(cls, context) is not None
-
-    def change(self, context: bpy.types.Context, name: str, /, **arguments: Any) -> Reply | None:
-        session = sessions.active(context)
-        reply = ask(self, session, name, **arguments)
-        if reply is not None:
-            session.note_place()
-        return reply
-
-
-class LAYFIGURE_OT_undo(_ChangesDoll, bpy.types.Operator):
+class LAYFIGURE_OT_undo(ChangesDoll, bpy.types.Operator):
     bl_idname = "layfigure.undo"
     bl_label = "Undo of the Doll"
     bl_description = "Put the doll back to before what a hand, or something else, last did to it"
@@ -73,7 +43,7 @@ class LAYFIGURE_OT_undo(_ChangesDoll, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class LAYFIGURE_OT_redo(_ChangesDoll, bpy.types.Operator):
+class LAYFIGURE_OT_redo(ChangesDoll, bpy.types.Operator):
     bl_idname = "layfigure.redo"
     bl_label = "Redo of the Doll"
     bl_description = "Do again to the doll what was undone last"
@@ -86,7 +56,7 @@ class LAYFIGURE_OT_redo(_ChangesDoll, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class LAYFIGURE_OT_mirror(_ChangesDoll, bpy.types.Operator):
+class LAYFIGURE_OT_mirror(ChangesDoll, bpy.types.Operator):
     bl_idname = "layfigure.mirror"
     bl_label = "Mirror"
     bl_description = "Mirror the doll's pose, as a whole or of one side onto the other"
@@ -101,7 +71,7 @@ class LAYFIGURE_OT_mirror(_ChangesDoll, bpy.types.Operator):
     )
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return {"CANCELLED"} if self.change(context, "mirror", side=self.side) is None else {"FINISHED"}
+        return self.only_change(context, "mirror", side=self.side)
 
 
 # ---------------------------------------------------------------- snapshots
@@ -183,20 +153,15 @@ class LAYFIGURE_OT_snapshot_save(_HasSnapshots, bpy.types.Operator):
         return {"FINISHED"} if done else {"CANCELLED"}
 
 
-class LAYFIGURE_OT_snapshot_restore(_OfChosenSnapshot, bpy.types.Operator):
+class LAYFIGURE_OT_snapshot_restore(_OfChosenSnapshot, ChangesDoll, bpy.types.Operator):
     bl_idname = "layfigure.snapshot_restore"
     bl_label = "Restore Snapshot"
     bl_description = "Put the doll back to how it was kept"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
     name: StringProperty(name="Name", options={"SKIP_SAVE"})  # type: ignore[valid-type]  # empty: the active one
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        session = sessions.active(context)
-        if ask(self, session, "snapshot", name=self.wanted(context), action="restore") is None:
-            return {"CANCELLED"}
-        session.note_place()
-        return {"FINISHED"}
+        return self.only_change(context, "snapshot", name=self.wanted(context), action="restore")
 
 
 class LAYFIGURE_OT_snapshot_remove(_OfChosenSnapshot, bpy.types.Operator):

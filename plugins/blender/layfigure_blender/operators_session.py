@@ -3,19 +3,16 @@
 
 from __future__ import annotations
 
-from concurrent.futures import TimeoutError as FutureTimeoutError
-
 import bpy
 
 from layfigure import LayfigureError
 
 from . import sessions
+from .commands import ChangesDoll
 from .export import ExportError
 from .live import live_session, posed_armature, sentence
 from .rig import MisfitError
 from .server import ServerError
-
-ANSWER_TIMEOUT_S = 1.0  # Blender's window waits so long at most
 
 
 class LAYFIGURE_OT_start(bpy.types.Operator):
@@ -91,33 +88,18 @@ class LAYFIGURE_OT_push_pose(bpy.types.Operator):
         if pushed.done() and pushed.exception() is not None:
             self.report({"ERROR"}, sentence(pushed.exception()))
             return {"CANCELLED"}
-        session.note_place(ANSWER_TIMEOUT_S)
+        session.note_place()
         return {"FINISHED"}
 
 
-class LAYFIGURE_OT_reset(bpy.types.Operator):
+class LAYFIGURE_OT_reset(ChangesDoll, bpy.types.Operator):
     """Bring the doll, and with it the armature, to the rest pose"""
 
     bl_idname = "layfigure.reset"
     bl_label = "Rest Pose"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return live_session(cls, context) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        session = sessions.active(context)
-        try:
-            session.link.send("reset").result(ANSWER_TIMEOUT_S)
-        except FutureTimeoutError:
-            self.report({"ERROR"}, "The server does not answer")
-            return {"CANCELLED"}
-        except LayfigureError as error:
-            self.report({"ERROR"}, sentence(error))
-            return {"CANCELLED"}
-        session.note_place(ANSWER_TIMEOUT_S)
-        return {"FINISHED"}
+        return self.only_change(context, "reset")
 
 
 classes = (
