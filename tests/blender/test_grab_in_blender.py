@@ -1,4 +1,5 @@
-"""The mouse in Blender's views, without a window: each scene is a function of blender_support/in_bpy/grab_scenes.py."""
+"""The mouse in Blender's views, without a window: scenes are functions of grab_scenes.py and device_scenes.py
+in blender_support/in_bpy."""
 
 from __future__ import annotations
 
@@ -11,18 +12,22 @@ from blender_support.bpy_process import REPOSITORY, SCRIPTS
 
 pytestmark = pytest.mark.slow
 
-SCRIPT = "grab_scenes.py"
+SCRIPTS_OF_SCENES = ("grab_scenes.py", "device_scenes.py")
 WITHOUT_BPY = ("view", "drag", "picking", "pins", "replies", "grab", "strokes", "overlay_picture")
 
 
-def scenes() -> list[str]:
-    functions = [node for node in ast.parse((SCRIPTS / SCRIPT).read_text()).body if isinstance(node, ast.FunctionDef)]
-    return [function.name for function in functions if function.name.startswith("scene_")]
+def scenes() -> list[tuple[str, str]]:
+    return [
+        (script, node.name)
+        for script in SCRIPTS_OF_SCENES
+        for node in ast.parse((SCRIPTS / script).read_text()).body
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("scene_")
+    ]
 
 
-@pytest.mark.parametrize("scene", scenes())
-def test_grab(run_in_bpy: Callable[..., str], tmp_path: Path, scene: str) -> None:
-    run_in_bpy(SCRIPT, scene, TMPDIR=str(tmp_path))
+@pytest.mark.parametrize(("script", "scene"), scenes())
+def test_grab(run_in_bpy: Callable[..., str], tmp_path: Path, script: str, scene: str) -> None:
+    run_in_bpy(script, scene, TMPDIR=str(tmp_path))
 
 
 @pytest.mark.parametrize("module", WITHOUT_BPY)

@@ -10,8 +10,9 @@ from layfigure import LayfigureError
 from . import sessions
 from .commands import ChangesDoll
 from .export import ExportError
-from .live import live_session, posed_armature, sentence
+from .live import known_session, live_session, posed_armature, sentence
 from .rig import MisfitError
+from .seen_dolls import is_posable
 from .server import ServerError
 
 
@@ -97,6 +98,12 @@ class LAYFIGURE_OT_reset(ChangesDoll, bpy.types.Operator):
 
     bl_idname = "layfigure.reset"
     bl_label = "Rest Pose"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Also where the simulation has stopped: it is what lets it go on."""
+        session = known_session(cls, context)
+        return session is not None and is_posable(session)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return self.only_change(context, "reset")

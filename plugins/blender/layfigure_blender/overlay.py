@@ -13,7 +13,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from .overlay_picture import Hand, Label, Measures, hands_of, look_alike, picture
+from .overlay_picture import Hand, Label, Measures, Picture, hands_of, look_alike, picture
 from .pins import PinList
 from .seen_dolls import posable_sessions, seen_sessions, segments, view_of
 from .sessions import Session
@@ -108,12 +108,17 @@ def _draw() -> None:
     if not posable_sessions() or not context.space_data.overlay.show_overlays:
         return
     for session in seen_sessions(context):
-        watch = _watch_of(session)
-        pins = np.reshape([pin.position for pin in watch.pins.known], (-1, 3))
-        yielding = segments(session, list(_yielding_bones(session)))
-        drawn = picture(view_of(context, session), watch.hands(), pins, yielding, watch.measures.weight)
+        drawn = picture_of(context, session)
         _draw_triangles(drawn.triangles)
         _draw_labels(drawn.labels, context.preferences.system.ui_scale)
+
+
+def picture_of(context: bpy.types.Context, session: Session) -> Picture:
+    """What a view shows of a session's hands: the mouse's, and those of devices."""
+    watch = _watch_of(session)
+    pins = np.reshape([pin.position for pin in watch.pins.known], (-1, 3))
+    yielding = segments(session, list(_yielding_bones(session)))
+    return picture(view_of(context, session), watch.hands(), pins, yielding, watch.measures.weight)
 
 
 def _yielding_bones(session: Session) -> Iterator[str]:
