@@ -1,6 +1,6 @@
 """Sessions in Blender: what they take, what they leave alone, and what may happen to them.
 
-Each scene is a function of blender_support/in_bpy/session_scenes.py, in a Blender of its own.
+Each scene is a function of a script of blender_support/in_bpy, in a Blender of its own.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from blender_support.bpy_process import REPOSITORY, SCRIPTS
+from blender_support.bpy_process import REPOSITORY, scenes_of
 
 pytestmark = pytest.mark.slow
 
@@ -26,23 +26,16 @@ WITHOUT_BPY = (
     "rig",
     "server",
     "settings_file",
+    "transfer",
 )
 
 
-def scenes() -> list[str]:
-    """All functions that take a folder alone."""
-    script = ast.parse((SCRIPTS / "session_scenes.py").read_text())
-    return [
-        node.name
-        for node in script.body
-        if isinstance(node, ast.FunctionDef)
-        and [ast.unparse(argument.annotation) for argument in node.args.args if argument.annotation] == ["Path"]
-    ]
+SCENES = scenes_of("start_scenes.py", "session_scenes.py", "fault_scenes.py")
 
 
-@pytest.mark.parametrize("scene", scenes())
-def test_session(run_in_bpy: Callable[..., str], tmp_path: Path, scene: str) -> None:
-    run_in_bpy("session_scenes.py", scene, tmp_path, TMPDIR=str(tmp_path))
+@pytest.mark.parametrize(("script", "scene"), SCENES)
+def test_session(run_in_bpy: Callable[..., str], tmp_path: Path, script: str, scene: str) -> None:
+    run_in_bpy(script, scene, tmp_path, TMPDIR=str(tmp_path))
 
 
 def test_two_blenders_have_a_doll_each(run_in_bpy: Callable[..., str], tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 from pathlib import Path
@@ -14,6 +15,17 @@ TIMEOUT_S = 900.0  # for a machine under load; never waited for in a test that p
 def bpy_pythons() -> list[Path]:
     """Those that LAYFIGURE_BPY_PYTHON names, with colons between them."""
     return [Path(path) for path in os.environ.get("LAYFIGURE_BPY_PYTHON", "").split(os.pathsep) if path]
+
+
+def scenes_of(*scripts: str) -> list[tuple[str, str]]:
+    """Script and function of all scenes of these scripts: functions that take a folder alone."""
+    return [
+        (script, node.name)
+        for script in scripts
+        for node in ast.parse((SCRIPTS / script).read_text()).body
+        if isinstance(node, ast.FunctionDef)
+        and [ast.unparse(argument.annotation) for argument in node.args.args if argument.annotation] == ["Path"]
+    ]
 
 
 class BpyPython:

@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 import os
 import random
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 
 import bpy
@@ -59,6 +61,14 @@ def bpy_on_the_main_thread_alone() -> Iterator[None]:
     finally:
         threading.setprofile(None)
     assert not seen, f"not on the main thread: {sorted(seen)}"
+
+
+def run_scene(scenes: dict[str, Callable[[Path], None]]) -> None:
+    """The one that the command line names, in the folder that it names."""
+    name, folder = sys.argv[-2:]
+    empty_file()
+    with registered():
+        scenes[name](Path(folder))
 
 
 def clear() -> None:
