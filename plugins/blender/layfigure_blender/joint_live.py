@@ -19,7 +19,7 @@ from bpy.app.handlers import persistent
 
 from layfigure import Character, LayfigureError
 
-from . import joint_properties, sessions
+from . import asked_settings, joint_properties, pose_writing, sessions
 from .background import in_background
 from .doll_inspection import Prepared, own_values, prepare
 from .joint_sender import JointSender
@@ -77,7 +77,7 @@ def refusal(armature: bpy.types.Object, bone: str) -> str:
     prepared = _prepared_of(session)
     if reason or prepared is None or bone not in prepared.refusals:
         return reason
-    if joint_properties.joint_settings(armature.pose.bones[bone]) != prepared.asked.joints[bone]:
+    if asked_settings.joint_settings(armature.pose.bones[bone]) != prepared.asked.joints[bone]:
         return ""
     return f"left out at the start: {prepared.refusals[bone]}"
 
@@ -120,7 +120,7 @@ def _flush_session(session: sessions.Session, now: float) -> None:
     is_busy = live.is_dirty or live.reading is not None or not live.sender.is_idle
     if is_busy or now - live.looked_at > LOOK_EVERY_S:
         live.looked_at, live.is_dirty = now, False
-        settings = joint_properties.doll_settings(armature)
+        settings = asked_settings.doll_settings(armature)
         _read_own(session, live, settings.without_joints())
         if live.sender.update(settings.joints):
             _redraw()
@@ -214,13 +214,13 @@ def spread(armature: bpy.types.Object, bone: bpy.types.PoseBone, keys: tuple[str
     """Gives other bones what was changed of this one: the selected ones, if they are to be edited together, and the
     mirror images of all of them, if the armature is to be edited symmetrically.
     """
-    settings = joint_properties.joint_settings(bone)
+    settings = asked_settings.joint_settings(bone)
     edited = [bone]
-    if armature.layfigure_doll.edit_selected and joint_properties.is_selected(bone):
-        selected = filter(joint_properties.is_selected, armature.pose.bones)
+    if armature.layfigure_doll.edit_selected and pose_writing.is_selected(bone):
+        selected = filter(pose_writing.is_selected, armature.pose.bones)
         edited += [other for other in selected if other.name != bone.name]
     for other in edited[1:]:
-        joint_properties.write_joint(other, settings, keys)
+        asked_settings.write_joint(other, settings, keys)
     write_images(armature, edited, keys)
 
 
@@ -243,8 +243,8 @@ def mirror_bones(
     for bone in bones:
         image = image_of(armature, bone)
         if image is not None and image.name not in given:
-            settings = mirrored(joint_properties.joint_settings(bone), rule_of(armature, bone.name, image.name))
-            joint_properties.write_joint(image, settings, keys)
+            settings = mirrored(asked_settings.joint_settings(bone), rule_of(armature, bone.name, image.name))
+            asked_settings.write_joint(image, settings, keys)
             count += 1
     return count
 
@@ -285,7 +285,7 @@ def values_of_material(armature: bpy.types.Object, material: str) -> DollValues:
     session = sessions.of(armature)
     if session is None or session.program is None or session.character is None:
         raise LayfigureError("what a material makes of a joint is known while a server of Blender's own runs: start it")
-    base = joint_properties.doll_settings(armature).without_joints()
+    base = asked_settings.doll_settings(armature).without_joints()
     kept = {name: number for name, number in base.numbers.items() if name not in OF_MATERIAL}
     return own_values(str(session.program), session.character, replace(base, material=material, numbers=kept))
 
@@ -293,7 +293,7 @@ def values_of_material(armature: bpy.types.Object, material: str) -> DollValues:
 def write_material(bone: bpy.types.PoseBone, values: DollValues) -> None:
     """The bone's joint is asked to be as those values have it, and its body to weigh as much."""
     made = replace(as_settings(values.joints[bone.name]), numbers={"density": values.densities[bone.name]})
-    joint_properties.write_joint(bone, made, (*LAWS, "weight"))
+    asked_settings.write_joint(bone, made, (*LAWS, "weight"))
 
 
 # --- the file ----------------------------------------------------------------------------------------------------
@@ -301,11 +301,11 @@ def write_material(bone: bpy.types.PoseBone, values: DollValues) -> None:
 
 def settings_text_of(armature: bpy.types.Object) -> str:
     """CHARACTER.doll.toml of the armature."""
-    return settings_text(joint_properties.doll_settings(armature))
+    return settings_text(asked_settings.doll_settings(armature))
 
 
 def _preparation(armature: bpy.types.Object) -> sessions.Preparation | None:
-    settings = joint_properties.doll_settings(armature)
+    settings = asked_settings.doll_settings(armature)
     return None if settings == DollSettings() else functools.partial(prepare, settings)
 
 

@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from layfigure import LayfigureError
 
-from . import joint_live, joint_properties
+from . import asked_settings, joint_live, joint_properties, pose_writing
 from .joint_settings import MATERIALS, JointSettings, resolve
 from .settings_file import SettingsFileError, read_settings, settings_text
 
@@ -28,7 +28,7 @@ def armature_of(context: bpy.types.Context) -> bpy.types.Object | None:
 
 
 def selected_bones(armature: bpy.types.Object) -> list[bpy.types.PoseBone]:
-    return [bone for bone in armature.pose.bones if joint_properties.is_selected(bone)]
+    return [bone for bone in armature.pose.bones if pose_writing.is_selected(bone)]
 
 
 def active_bone(armature: bpy.types.Object) -> bpy.types.PoseBone | None:
@@ -77,10 +77,10 @@ class LAYFIGURE_OT_joints_copy(_BonesOperator, bpy.types.Operator):
         if active is None or not others:
             self.report({"WARNING"}, "Nothing to copy to: select more bones, the one to copy from last")
             return {"CANCELLED"}
-        settings = joint_properties.joint_settings(active)
+        settings = asked_settings.joint_settings(active)
         with joint_live.spreading(armature):
             for bone in others:
-                joint_properties.write_joint(bone, settings, _keys(self.keys))
+                asked_settings.write_joint(bone, settings, _keys(self.keys))
             joint_live.write_images(armature, [active, *others], _keys(self.keys))
         self.report({"INFO"}, f"Copied to {len(others)} bones")
         return {"FINISHED"}
@@ -105,7 +105,7 @@ class LAYFIGURE_OT_joints_clear(_BonesOperator, bpy.types.Operator):
         with joint_live.spreading(armature):
             for bone in bones:
                 if bone.is_property_set("layfigure_joint"):
-                    joint_properties.write_joint(bone, JointSettings(), _keys(self.keys))
+                    asked_settings.write_joint(bone, JointSettings(), _keys(self.keys))
             joint_live.write_images(armature, bones, _keys(self.keys))
         return {"FINISHED"}
 
@@ -182,7 +182,7 @@ class LAYFIGURE_OT_joints_write(bpy.types.Operator, ExportHelper):
     def execute(self, context: bpy.types.Context) -> set[str]:
         armature = armature_of(context)
         assert armature is not None
-        text = settings_text(joint_properties.doll_settings(armature), f"Of the armature {armature.name} in Blender.")
+        text = settings_text(asked_settings.doll_settings(armature), f"Of the armature {armature.name} in Blender.")
         try:
             Path(self.filepath).write_text(text, "utf-8")
         except OSError as error:
@@ -214,10 +214,10 @@ class LAYFIGURE_OT_joints_read(bpy.types.Operator, ImportHelper):
             return {"CANCELLED"}
         joints, idle = resolve(settings.joints, [bone.name for bone in armature.pose.bones])
         with joint_live.spreading(armature):
-            joint_properties.write_doll(armature, settings)
+            asked_settings.write_doll(armature, settings)
             for bone in armature.pose.bones:
                 if bone.name in joints or bone.is_property_set("layfigure_joint"):
-                    joint_properties.write_joint(bone, joints.get(bone.name, JointSettings()))
+                    asked_settings.write_joint(bone, joints.get(bone.name, JointSettings()))
         if idle:
             self.report({"WARNING"}, f"No bone for {', '.join(idle)}: left out")
         self.report({"INFO"}, f"Read {Path(self.filepath).name}: settings of {len(joints)} bones")

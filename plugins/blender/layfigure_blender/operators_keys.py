@@ -21,7 +21,7 @@ from .bone_tracks import played_tracks, posed_tracks
 from .key_tracks import Recording, Tracks, reduce_keys
 from .link import Sample
 from .live import known_session, live_session, posed_armature, sentence
-from .pose_writing import bones_of
+from .pose_writing import bones_of, is_selected
 from .rig import BoneMap, MisfitError, check_similarity
 
 MM = 1e-3
@@ -86,11 +86,6 @@ def curves_to_key(operator: bpy.types.Operator, armature: bpy.types.Object) -> B
     except ActionError as error:
         operator.report({"ERROR"}, sentence(error))
         return None
-
-
-def is_selected(bone: bpy.types.PoseBone) -> bool:
-    """Blender 5.0 moved it from the bone to the pose bone."""
-    return bone.select if hasattr(bone, "select") else bone.bone.select
 
 
 def moving_bones(armature: bpy.types.Object, driven: set[str]) -> list[bpy.types.PoseBone]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from . import joint_live, joint_properties
+from . import asked_settings, joint_live
 from .joint_properties import LABELS
 from .joint_settings import AXES, DOLL_NUMBERS, LAWS, LAWS_OF_AXES, LIMIT_AXES, UNITS
 from .joint_values import JointValues, asked
@@ -27,7 +27,7 @@ def draw_joint(layout: Any, armature: bpy.types.Object, bone: bpy.types.PoseBone
         draw_lines(layout, values.why_no_joint(bone.name), "INFO")
     draw_lines(layout, joint_live.refusal(armature, bone.name), "ERROR", alert=True)
     joint = bone.layfigure_joint
-    then = asked(own, joint_properties.joint_settings(bone)) if own is not None else None
+    then = asked(own, asked_settings.joint_settings(bone)) if own is not None else None
     column = layout.column()
     column.active = values is None or own is not None
     for law in LAWS:

@@ -26,6 +26,11 @@ def bones_of(armature: bpy.types.Object) -> tuple[Bone, ...]:
     )
 
 
+def is_selected(bone: bpy.types.PoseBone) -> bool:
+    """Blender 5 keeps that in the pose bone, earlier ones in the bone."""
+    return bool(bone.select if hasattr(bone, "select") else bone.bone.select)
+
+
 def matrices_of(armature: bpy.types.Object, bones: Iterable[Bone]) -> Floats:
     """(B, 4, 4), bone -> armature, as the bones stand, with their constraints. Raises KeyError if one is missing."""
     return np.array([armature.pose.bones[bone.name].matrix for bone in bones])

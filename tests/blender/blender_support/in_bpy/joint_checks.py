@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 import world
-from layfigure_blender import joint_live, joint_properties, panel_joints
+from layfigure_blender import asked_settings, joint_live, joint_properties, panel_joints
 from layfigure_blender.joint_settings import (
     AXES,
     LAWS,
@@ -79,7 +79,7 @@ def bone(name: str) -> bpy.types.PoseBone:
 
 
 def settings(name: str) -> JointSettings:
-    return joint_properties.joint_settings(bone(name))
+    return asked_settings.joint_settings(bone(name))
 
 
 def select(rig: bpy.types.Object, *names: str) -> None:
@@ -117,27 +117,27 @@ def untouched_bones_ask_for_nothing(_folder: Path) -> None:
     assert not bone("arm.L").is_property_set("layfigure_joint")
     _ = bone("arm.L").layfigure_joint.stiffness.whole.factor
     assert settings("arm.L") == NOTHING
-    assert joint_properties.doll_settings(armature()) == DollSettings()
+    assert asked_settings.doll_settings(armature()) == DollSettings()
 
 
 @check
 def settings_are_kept_as_they_are_written(_folder: Path) -> None:
     for name in NAMES:
-        joint_properties.write_joint(bone(name), MANY)
+        asked_settings.write_joint(bone(name), MANY)
         assert settings(name) == MANY, settings(name)
-    joint_properties.write_joint(bone("arm.L"), NOTHING)
+    asked_settings.write_joint(bone("arm.L"), NOTHING)
     assert settings("arm.L") == NOTHING
     assert settings("arm.R") == MANY
     doll = DollSettings("wire armature", {"total_mass": 0.3, "poisson_ratio": -0.5, "hardening": 0.0})
-    joint_properties.write_doll(armature(), doll)
-    assert joint_properties.doll_settings(armature()).numbers == doll.numbers
-    assert joint_properties.doll_settings(armature()).material == "wire armature"
+    asked_settings.write_doll(armature(), doll)
+    assert asked_settings.doll_settings(armature()).numbers == doll.numbers
+    assert asked_settings.doll_settings(armature()).material == "wire armature"
 
 
 @check
 def keys_alone_are_written(_folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.L"), MANY)
-    joint_properties.write_joint(bone("arm.L"), NOTHING, ("stiffness", "limits", "weight"))
+    asked_settings.write_joint(bone("arm.L"), MANY)
+    asked_settings.write_joint(bone("arm.L"), NOTHING, ("stiffness", "limits", "weight"))
     left = settings("arm.L")
     assert left.laws.keys() == MANY.laws.keys() - {"stiffness"}
     assert left.limits == {}
@@ -217,25 +217,25 @@ def an_own_value_is_where_a_switch_begins(_folder: Path) -> None:
 
 @check
 def they_are_saved_and_copied(folder: Path) -> None:
-    joint_properties.write_joint(bone(NAMES[3]), MANY)
-    joint_properties.write_doll(armature(), DollSettings("clay", {"total_mass": 0.3}))
+    asked_settings.write_joint(bone(NAMES[3]), MANY)
+    asked_settings.write_doll(armature(), DollSettings("clay", {"total_mass": 0.3}))
     copy = armature().copy()
     bpy.context.collection.objects.link(copy)
-    assert joint_properties.joint_settings(copy.pose.bones[NAMES[3]]) == MANY
-    joint_properties.write_joint(copy.pose.bones[NAMES[3]], NOTHING)
+    assert asked_settings.joint_settings(copy.pose.bones[NAMES[3]]) == MANY
+    asked_settings.write_joint(copy.pose.bones[NAMES[3]], NOTHING)
     assert settings(NAMES[3]) == MANY
     file = folder / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(file))
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.wm.open_mainfile(filepath=str(file))
-    assert joint_properties.doll_settings(bpy.data.objects["rig"]) == DollSettings(
+    assert asked_settings.doll_settings(bpy.data.objects["rig"]) == DollSettings(
         "clay", {"total_mass": 0.3}, {NAMES[3]: MANY}
     )
 
 
 @check
 def they_are_allowed_in_library_overrides(folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.L"), JointSettings(laws={"damping": Amount(0.1)}))
+    asked_settings.write_joint(bone("arm.L"), JointSettings(laws={"damping": Amount(0.1)}))
     library = folder / "library.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(library))
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -244,17 +244,17 @@ def they_are_allowed_in_library_overrides(folder: Path) -> None:
     linked = bpy.data.objects["rig"]
     bpy.context.scene.collection.objects.link(linked)
     made = linked.override_create(remap_local_usages=True)
-    assert joint_properties.joint_settings(made.pose.bones["arm.L"]).laws == {"damping": Amount(0.1)}
-    joint_properties.write_joint(made.pose.bones["arm.L"], MANY)
-    joint_properties.write_joint(made.pose.bones["arm.R"], MANY)
-    joint_properties.write_doll(made, DollSettings("clay", {"total_mass": 0.3}))
+    assert asked_settings.joint_settings(made.pose.bones["arm.L"]).laws == {"damping": Amount(0.1)}
+    asked_settings.write_joint(made.pose.bones["arm.L"], MANY)
+    asked_settings.write_joint(made.pose.bones["arm.R"], MANY)
+    asked_settings.write_doll(made, DollSettings("clay", {"total_mass": 0.3}))
     user = folder / "user.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(user))
     bpy.ops.wm.open_mainfile(filepath=str(user))
     again = next(found for found in bpy.data.objects if found.library is None)
-    assert joint_properties.doll_settings(again) == DollSettings(
+    assert asked_settings.doll_settings(again) == DollSettings(
         "clay", {"total_mass": 0.3}, {"arm.L": MANY, "arm.R": MANY}
-    ), joint_properties.doll_settings(again)
+    ), asked_settings.doll_settings(again)
 
 
 # --- many bones ------------------------------------------------------------------------------------------------------
@@ -275,7 +275,7 @@ def symmetric_edits_go_to_the_other_side(_folder: Path) -> None:
         assert mirrored(settings("arm.R")) == settings("arm.L") != NOTHING
         option.use_mirror_x = False
         for name in ("arm.L", "arm.R"):
-            joint_properties.write_joint(bone(name), NOTHING)
+            asked_settings.write_joint(bone(name), NOTHING)
     bone("arm.L").layfigure_joint.limit_twist.override = True
     assert settings("arm.R") == NOTHING
     assert settings("root") == NOTHING
@@ -283,7 +283,7 @@ def symmetric_edits_go_to_the_other_side(_folder: Path) -> None:
 
 @check
 def an_edit_changes_its_own_key_of_the_other_side_alone(_folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.R"), MANY)
+    asked_settings.write_joint(bone("arm.R"), MANY)
     armature().pose.use_mirror_x = True
     amount = bone("arm.L").layfigure_joint.hardening
     amount.kind, amount.value, amount.override = "VALUE", 0.25, True
@@ -308,7 +308,7 @@ def edits_go_to_all_selected_bones_if_they_are_to(_folder: Path) -> None:
 
 @check
 def copy_clear_and_mirror_are_operators(_folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.L"), MANY)
+    asked_settings.write_joint(bone("arm.L"), MANY)
     select(armature(), "arm.L", "*", "root")
     assert bpy.ops.layfigure.joints_copy() == {"FINISHED"}
     assert settings("*") == settings("root") == MANY
@@ -320,11 +320,11 @@ def copy_clear_and_mirror_are_operators(_folder: Path) -> None:
     assert bpy.ops.layfigure.joints_mirror() == {"FINISHED"}
     assert settings("arm.R") == mirrored(settings("arm.L"))
     assert bpy.ops.layfigure.joints_clear(scope="ALL") == {"FINISHED"}
-    assert joint_properties.all_joint_settings(armature()) == {}
+    assert asked_settings.all_joint_settings(armature()) == {}
     assert bpy.ops.layfigure.joints_copy() == {"CANCELLED"}
     select(armature(), "root")
     assert bpy.ops.layfigure.joints_mirror() == {"CANCELLED"}
-    joint_properties.write_joint(bone("arm.L"), MANY)
+    asked_settings.write_joint(bone("arm.L"), MANY)
     armature().pose.use_mirror_x = True
     select(armature(), "arm.L", "*")
     assert bpy.ops.layfigure.joints_copy(keys="locks") == {"FINISHED"}
@@ -345,16 +345,16 @@ def operators_go_without_an_armature(_folder: Path) -> None:
 @check
 def settings_files_are_written_and_read(folder: Path) -> None:
     for name in NAMES[1:]:
-        joint_properties.write_joint(bone(name), MANY)
-    joint_properties.write_doll(armature(), DollSettings("clay", {"total_mass": 0.3}))
-    before = joint_properties.doll_settings(armature())
+        asked_settings.write_joint(bone(name), MANY)
+    asked_settings.write_doll(armature(), DollSettings("clay", {"total_mass": 0.3}))
+    before = asked_settings.doll_settings(armature())
     file = folder / "rig.doll.toml"
     assert bpy.ops.layfigure.joints_write(filepath=str(file)) == {"FINISHED"}
     assert read_settings(file) == before
     bpy.ops.layfigure.joints_clear(scope="ALL")
-    joint_properties.write_joint(bone("root"), MANY)  # which the file does not name
+    asked_settings.write_joint(bone("root"), MANY)  # which the file does not name
     assert bpy.ops.layfigure.joints_read(filepath=str(file)) == {"FINISHED"}
-    assert joint_properties.doll_settings(armature()) == before
+    assert asked_settings.doll_settings(armature()) == before
     assert joint_live.settings_text_of(armature()).count("[joints.") == len(NAMES) - 1
     assert parse_settings(joint_live.settings_text_of(armature()), "f") == before
 
@@ -366,7 +366,7 @@ def patterns_of_a_file_are_spread_over_the_bones(folder: Path) -> None:
     assert bpy.ops.layfigure.joints_read(filepath=str(file)) == {"FINISHED"}
     assert settings("arm.L").laws == {"hardening": Amount(3.0)}
     assert settings("arm.R").laws == {"hardening": Amount(2.0)}
-    assert joint_properties.all_joint_settings(armature()).keys() == {"arm.L", "arm.R"}
+    assert asked_settings.all_joint_settings(armature()).keys() == {"arm.L", "arm.R"}
 
 
 def report_of(operator: Any, path: Path) -> str:
@@ -380,7 +380,7 @@ def report_of(operator: Any, path: Path) -> str:
 
 @check
 def bad_files_change_nothing_and_are_told(folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.L"), MANY)
+    asked_settings.write_joint(bone("arm.L"), MANY)
     file = folder / "bad.toml"
     file.write_text('[joints."arm.L"]\nstiffness = -1\n')
     assert "stiffness = -1" in report_of(bpy.ops.layfigure.joints_read, file)
@@ -394,7 +394,7 @@ def bad_files_change_nothing_and_are_told(folder: Path) -> None:
 
 @check
 def panels_draw_without_a_doll(_folder: Path) -> None:
-    joint_properties.write_joint(bone("arm.L"), MANY)
+    asked_settings.write_joint(bone("arm.L"), MANY)
     select(armature(), "arm.L", "*")
     for name in NAMES:
         layout = Layout()

@@ -19,7 +19,7 @@ from pathlib import Path
 import bpy
 import world
 from joint_checks import Layout, select
-from layfigure_blender import joint_live, joint_properties, panel_joints, sessions
+from layfigure_blender import asked_settings, joint_live, panel_joints, sessions
 from layfigure_blender.doll_inspection import inspect, own_values
 from layfigure_blender.joint_settings import (
     LAWS,
@@ -99,7 +99,7 @@ def own() -> dict[str, JointValues]:
 def assert_as_asked(*names: str) -> None:
     server, chosen = now(), own()
     for name in names:
-        expected = asked(chosen[name], joint_properties.joint_settings(bone(name)))
+        expected = asked(chosen[name], asked_settings.joint_settings(bone(name)))
         assert changes(server[name], expected) == [], (name, changes(server[name], expected))
 
 
@@ -111,11 +111,11 @@ def drawn(name: str) -> str:
 
 @check
 def a_start_has_the_settings() -> None:
-    joint_properties.write_joint(bone("forearm.L"), TWICE)
-    joint_properties.write_joint(bone("pelvis"), TWICE)  # the root, which has no joint
-    joint_properties.write_joint(bone("thigh.L"), JointSettings(limits={"swing_y": (0.0, 1.0), "swing_z": (0.0, 0.0)}))
-    joint_properties.write_joint(bone("hand.R"), JointSettings(numbers={"mass": 1e5}))
-    joint_properties.write_doll(armature(), DollSettings("clay", {"total_mass": 2.0}))
+    asked_settings.write_joint(bone("forearm.L"), TWICE)
+    asked_settings.write_joint(bone("pelvis"), TWICE)  # the root, which has no joint
+    asked_settings.write_joint(bone("thigh.L"), JointSettings(limits={"swing_y": (0.0, 1.0), "swing_z": (0.0, 0.0)}))
+    asked_settings.write_joint(bone("hand.R"), JointSettings(numbers={"mass": 1e5}))
+    asked_settings.write_doll(armature(), DollSettings("clay", {"total_mass": 2.0}))
     sessions.start(bpy.context, armature())
     run_until(lambda: session().live, "the doll is not live")
     text = session().character.with_suffix(".doll.toml").read_text()
@@ -200,7 +200,7 @@ def symmetric_edits_reach_both_sides() -> None:
     left, right = server["upper_arm.L"].limits["twist"], server["upper_arm.R"].limits["twist"]
     assert math.isclose(left[0], -right[1], rel_tol=1e-9)
     assert math.isclose(left[1], -right[0], rel_tol=1e-9)
-    assert mirrored(joint_properties.joint_settings(bone("upper_arm.L"))) == joint_properties.joint_settings(
+    assert mirrored(asked_settings.joint_settings(bone("upper_arm.L"))) == asked_settings.joint_settings(
         bone("upper_arm.R")
     )
 
@@ -218,7 +218,7 @@ def a_refused_value_stays_with_the_servers_reason() -> None:
     assert "yield ratio = 0" in joint_live.refusal(armature(), "hand.L")
     assert "yield ratio = 0" in drawn("hand.L")
     assert now()["hand.L"].laws["hardening"].unit == 0.125
-    assert joint_properties.joint_settings(bone("hand.L")).laws["yield_torque"][0] == Amount(0.0)
+    assert asked_settings.joint_settings(bone("hand.L")).laws["yield_torque"][0] == Amount(0.0)
     law.twist.override = False
     settle()
     assert joint_live.refusal(armature(), "hand.L") == ""
@@ -230,7 +230,7 @@ def a_material_of_the_whole_doll_reaches_all_joints_at_once() -> None:
     armature().layfigure_doll.material = "wood"
     settle()
     program, character = session().program, session().character
-    expected = own_values(str(program), character, joint_properties.doll_settings(armature()).without_joints())
+    expected = own_values(str(program), character, asked_settings.doll_settings(armature()).without_joints())
     assert changes(own()["head"], clay) != []
     server = now()
     assert changes(server["head"], expected.joints["head"]) == []
@@ -244,12 +244,12 @@ def a_material_of_selected_bones_is_as_if_the_doll_were_of_it() -> None:
     settle()
     wire = inspect(str(session().program), session().character, DollSettings("wire armature", {"total_mass": 2.0}))
     server = now()
-    expected = asked(own()["foot.R"], joint_properties.joint_settings(bone("foot.R")))
+    expected = asked(own()["foot.R"], asked_settings.joint_settings(bone("foot.R")))
     assert changes(server["foot.R"], expected) == []
     for name in LAWS:
         assert math.isclose(server["foot.R"].laws[name].unit, wire.joints["foot.R"].laws[name].unit, rel_tol=1e-3), name
-    assert joint_properties.joint_settings(bone("foot.R")).numbers.keys() == {"density"}
-    assert joint_properties.joint_settings(bone("pelvis")) == TWICE
+    assert asked_settings.joint_settings(bone("foot.R")).numbers.keys() == {"density"}
+    assert asked_settings.joint_settings(bone("pelvis")) == TWICE
 
 
 @check
@@ -300,7 +300,7 @@ def the_next_start_has_them() -> None:
     server = now()
     settle()
     for name in ("neck", "hand.L", "upper_arm.R"):
-        expected = asked(own()[name], joint_properties.joint_settings(bone(name)))
+        expected = asked(own()[name], asked_settings.joint_settings(bone(name)))
         assert changes(server[name], expected) == [], name
 
 
