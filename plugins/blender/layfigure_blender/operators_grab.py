@@ -19,8 +19,8 @@ from .sessions import Session
 TOOL = "layfigure.pose_doll"
 TICK_S = 1.0 / 60.0  # between two looks for the server's answers, where the mouse rests
 # The longest that a motion of the mouse waits for the pose that it brings about, so that the redraw that follows shows
-# it, and not the next one: two intervals of a server's 240 poses in a second. It is half a frame of most screens.
-EFFECT_S = 0.008
+# it, and not the next one: the 2 ms until it can be seen, and an interval of a server's 120 poses in a second.
+EFFECT_S = 0.011
 PIXELS_PER_NOTCH = 30.0  # points of the screen of a two-finger stroke that are a notch of a wheel
 
 # What the panel and the status bar list.
