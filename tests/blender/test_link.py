@@ -105,6 +105,32 @@ def test_link_pointer_is_where_it_was_moved_before_the_command(link: Link) -> No
     wait(lambda: bool(np.linalg.norm(link.forces[0].force) > 0.1))
 
 
+def test_link_waits_for_the_pose_that_a_motion_brings_about(serve: Callable[..., ServerProcess]) -> None:
+    """The hand has begun to follow in it, and not in one that was under way when the pointer was moved."""
+    with serve("--broker", 0, "--pose-hz", 120) as server, linked(server.url) as link:
+        wait(lambda: link.newest is not None and link.state == "live")
+        assert link.character is not None
+        hand = [joint.name for joint in link.character.joints].index("hand.L")
+        place = layfigure.world_poses(link.character, link.newest.pose)[1][hand]
+        link.move_pointer(0, place)
+        link.send("grab", pointer=0, bone="hand.L", point=[0.0, 0.0, 0.0]).result(TIMEOUT_S)
+        for step in range(1, 6):
+            before = link.newest
+            link.move_pointer(0, place + np.array([0.0, 0.0, 0.01 * step]))
+            assert link.wait_for_effect(TIMEOUT_S)
+            assert link.newest.pose.time_us > before.pose.time_us
+
+
+def test_link_does_not_wait_longer_than_it_may(serve: Callable[..., ServerProcess]) -> None:
+    """A server that steps by commands brings no pose by itself."""
+    assert not Link("tcpq://127.0.0.1:1").wait_for_effect(TIMEOUT_S)  # never connected: there is nothing to wait for
+    with serve("--broker", 0, "--clock", "lockstep") as server, linked(server.url) as link:
+        wait(lambda: link.newest is not None and link.state == "live")
+        begun = time.monotonic()
+        assert not link.wait_for_effect(0.05)
+        assert time.monotonic() - begun >= 0.05
+
+
 def test_link_moves_do_not_overtake_commands(link: Link) -> None:
     assert link.character is not None
     link.move_pointer(0, [0.0, 0.0, 1.0])

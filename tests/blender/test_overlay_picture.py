@@ -9,7 +9,16 @@ import pytest
 from blender_support.views import front_view, orthographic
 from layfigure_blender import overlay_picture as overlay
 from layfigure_blender import strokes
-from layfigure_blender.overlay_picture import Hand, force_arrow, force_text, hands_of, picture
+from layfigure_blender.overlay_picture import (
+    LEAST_FORCE,
+    Hand,
+    Measures,
+    force_arrow,
+    force_text,
+    hands_of,
+    look_alike,
+    picture,
+)
 from layfigure_blender.strokes import FEATHER, Triangles
 
 from layfigure import Device, Force
@@ -192,3 +201,29 @@ def test_hands_are_those_with_a_tool_and_those_of_devices() -> None:
     assert [shown.target is not None for shown in seen] == [False, True]
     np.testing.assert_array_equal(seen[1].target, 2 * PLACE)
     assert hands_of([], [device(0)]) == []
+
+
+# --- whether to draw anew -------------------------------------------------------------------------------------------
+
+DOLL = Measures(size=1.7, weight=WEIGHT)
+PIXEL = 1.7 / 500.0  # [m], where the doll is 500 pixels high
+
+
+@pytest.mark.parametrize(
+    ("moved", "alike"),
+    [
+        ({}, True),
+        ({"place": PLACE + 0.1 * PIXEL}, True),
+        ({"place": PLACE + PIXEL}, False),
+        ({"target": PLACE - 0.1 * PIXEL}, True),
+        ({"target": PLACE - PIXEL}, False),
+        ({"target": None}, False),
+        ({"force": np.array([0.0, 0.0, 3.0 + 0.2 * LEAST_FORCE])}, True),
+        ({"force": np.array([0.0, 0.0, 3.1])}, False),
+    ],
+)
+def test_hands_are_drawn_anew_when_it_can_be_seen(moved: dict[str, np.ndarray], alike: bool) -> None:
+    before = hand([0.0, 0.0, 3.0])
+    assert look_alike([before], [dataclasses.replace(before, **moved)], DOLL) is alike
+    assert not look_alike([before], [], DOLL)
+    assert not look_alike([], [before], DOLL)

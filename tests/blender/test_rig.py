@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
-from layfigure_blender.rig import Bone, BoneMap, MisfitError, fitted, matrices
+from layfigure_blender.rig import UNSEEN_TURN, UNSEEN_WAY, Bone, BoneMap, MisfitError, fitted, looks_alike, matrices
 
 import layfigure
 from layfigure import rotation, skeleton
@@ -197,3 +199,13 @@ def test_fitted_armature_of_other_proportions_is_refused(character: Character, d
     longer[:3, 3] += 0.5
     with pytest.raises(MisfitError, match="the armature is not that of the doll 'made': bones are up to"):
         fitted(character, [*bones[:3], bones[3]._replace(rest=longer), *bones[4:]], np.eye(4))
+
+
+def test_poses_look_alike_up_to_what_nobody_sees(character: Character, dice: np.random.Generator) -> None:
+    pose = random_pose(character, dice)
+    for share, alike in ((0.5, True), (2.0, False)):
+        turn = rotation.from_vector(share * UNSEEN_TURN * np.array([0.0, 0.0, 1.0]))
+        turned = rotation.multiply(pose.rotations, turn)
+        assert looks_alike(pose, dataclasses.replace(pose, rotations=turned)) is alike
+        away = pose.root_translation + np.array([0.0, share * UNSEEN_WAY, 0.0])
+        assert looks_alike(pose, dataclasses.replace(pose, root_translation=away)) is alike
