@@ -20,6 +20,7 @@ from .commands import ChangesDoll, ask
 from .link import Sample
 from .live import live_session
 
+LIST_INTERVAL_S = 0.1  # between two looks for the names of the snapshots
 MOST_LETTERS = 64  # bytes of a snapshot's name, in the server
 
 _listing: dict[str, Future[Reply]] = {}  # of snapshots, by session id
@@ -190,14 +191,22 @@ class LAYFIGURE_OT_snapshot_refresh(_HasSnapshots, bpy.types.Operator):
 
 def on_sample(session: sessions.Session, _sample: Sample) -> None:
     """Asks once, without waiting, what snapshots there are."""
-    if session.id not in _listed:
-        _listed.add(session.id)
-        _listing[session.id] = session.link.send("snapshot", action="list")
-    listing = _listing.get(session.id)
-    if listing is not None and listing.done():
-        del _listing[session.id]
-        if listing.exception() is None:
-            show_snapshots(session.id, listing.result())
+    if session.id in _listed:
+        return
+    _listed.add(session.id)
+    _listing[session.id] = session.link.send("snapshot", action="list")
+    if not bpy.app.timers.is_registered(take_lists):
+        bpy.app.timers.register(take_lists, first_interval=LIST_INTERVAL_S)
+
+
+def take_lists() -> float | None:
+    """A timer, until all that was asked is answered."""
+    for session_id, listing in list(_listing.items()):
+        if listing.done():
+            del _listing[session_id]
+            if listing.exception() is None:
+                show_snapshots(session_id, listing.result())
+    return LIST_INTERVAL_S if _listing else None
 
 
 @persistent
@@ -228,5 +237,7 @@ def register() -> None:
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(on_load)
     sessions.remove_listener(on_sample)
+    if bpy.app.timers.is_registered(take_lists):
+        bpy.app.timers.unregister(take_lists)
     del bpy.types.WindowManager.layfigure_snapshots
     on_load()

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import world
 from key_support import MOVED, RESTS_AGAIN, curves_of, farthest, is_refused, live_doll, place_of, poses_of
-from layfigure_blender import sessions
+from layfigure_blender import operators_history, sessions
 
 
 def mirror_and_snapshots(_: Path) -> None:
@@ -57,7 +57,12 @@ def snapshots_of_before_are_listed_by_themselves(_: Path) -> None:
     armature = bpy.context.object
     session = world.start(armature)
     known = bpy.context.window_manager.layfigure_snapshots
-    world.wait(lambda: known.of == session.id, "the list")
+
+    def is_listed() -> bool:
+        operators_history.take_lists()  # as its timer does
+        return known.of == session.id
+
+    world.wait(is_listed, "the list")
     assert [each.name for each in known.names] == ["kept"]
     bpy.ops.layfigure.snapshot_remove(name="kept")
 
