@@ -108,20 +108,6 @@ def metarig(kind: str) -> bpy.types.Object:
     return armature
 
 
-def generated_rig() -> bpy.types.Object:
-    """What Rigify makes of its human metarig: controls, and bones that deform and follow them by constraints."""
-    meta = metarig("human")
-    bpy.ops.object.mode_set(mode="POSE")
-    assert bpy.ops.pose.rigify_generate() == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="OBJECT")
-    [armature] = [item for item in bpy.data.objects if item.type == "ARMATURE" and item != meta]
-    for item in [meta, *meta.children]:
-        bpy.data.objects.remove(item)
-    box_skin(armature)
-    select(armature)
-    return armature
-
-
 def chain(names: list[str], length: float = 0.3, radius: float = 0.04) -> bpy.types.Object:
     """Bones one behind the other, upwards, in a skin of boxes."""
     armature = bpy.data.objects.new("chain", bpy.data.armatures.new("chain"))
