@@ -1,5 +1,6 @@
 #include "haptics.h"
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -38,7 +39,24 @@ void write_walls(const std::vector<WallPoint>& points, const std::string& path, 
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
+using Tell = void (*)(const HapticsEffort& effort, std::vector<Figure>& figures);
+
+struct Part {
+  const char* name;
+  Tell tell;  ///< null: that of the walls, which make a map as well
+};
+
+constexpr Part kParts[] = {{"device", tell_device}, {"walls", nullptr},        {"energy", tell_energy},
+                           {"felt", tell_felt},     {"rest", tell_rest},       {"pinch", tell_pinch},
+                           {"play", tell_play},     {"times", tell_tick_times}};
+
 }  // namespace
+
+std::vector<std::string> haptics_parts() {
+  std::vector<std::string> names;
+  for (const Part& part : kParts) names.emplace_back(part.name);
+  return names;
+}
 
 void haptics(const HapticsOptions& options) {
   const HapticsEffort& effort = options.quick ? kQuick : kWhole;
@@ -46,15 +64,15 @@ void haptics(const HapticsOptions& options) {
   if (!options.z_width.empty()) map.open(options.z_width);
   if (!map) throw std::runtime_error(options.z_width + ": cannot be written");
   std::vector<Figure> figures;
-  tell_device(effort, figures);
-  const std::vector<WallPoint> walls = tell_walls(effort, figures);
-  if (!options.z_width.empty()) write_walls(walls, options.z_width, map);
-  tell_energy(effort, figures);
-  tell_felt(effort, figures);
-  tell_rest(effort, figures);
-  tell_pinch(effort, figures);
-  tell_play(effort, figures);
-  tell_tick_times(effort, figures);
+  for (const auto& [name, tell] : kParts) {
+    if (!options.parts.empty() && std::ranges::find(options.parts, name) == options.parts.end()) continue;
+    if (tell != nullptr) {
+      tell(effort, figures);
+      continue;
+    }
+    const std::vector<WallPoint> walls = tell_walls(effort, figures);
+    if (!options.z_width.empty()) write_walls(walls, options.z_width, map);
+  }
   print(figures, options.json);
 }
 

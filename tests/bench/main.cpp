@@ -57,6 +57,9 @@ int main(int argc, char** argv) {
   bench::HapticsOptions feel;
   auto* haptics = app.add_subcommand("haptics", "what the haptics are held to, with the simulated device");
   haptics->add_flag("--quick", feel.quick, "smaller counts: seconds instead of many minutes");
+  haptics->add_option("--part", feel.parts, "only this, or these, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(bench::haptics_parts()));
   haptics->add_option("--z-width", feel.z_width, "write the stiffness and damping of stable walls to this file (JSON)");
   haptics->add_flag("--json", feel.json, kJsonHelp);
   haptics->callback([&] { bench::haptics(feel); });

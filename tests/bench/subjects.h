@@ -39,10 +39,12 @@ struct SkipOptions {
 void skip(const SkipOptions& options);
 
 struct HapticsOptions {
-  bool quick{false};    ///< smaller counts
-  std::string z_width;  ///< file for the map of stable walls (JSON); empty: none
+  bool quick{false};               ///< smaller counts
+  std::vector<std::string> parts;  ///< of haptics_parts(); none: all
+  std::string z_width;             ///< file for the map of stable walls (JSON); empty: none
   bool json{false};
 };
+[[nodiscard]] std::vector<std::string> haptics_parts();
 /// What the haptics are held to, with the simulated device: pose, tensions, stable walls, energy, what is felt of a
 /// doll against the full model, and the times of ticks. Throws std::runtime_error if the file cannot be written.
 void haptics(const HapticsOptions& options);
