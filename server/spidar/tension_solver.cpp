@@ -13,6 +13,35 @@ namespace {
 
 // Of the largest tension: so far beyond its range a tension may be for rounding.
 constexpr double kRangeRounding = 1e-12;
+// A wrench that is missed by this much at best cannot be had [N]: regularization takes a thousandth of it at most.
+constexpr double kClearlyMissed = 1e-3;
+
+/// The nearest tensions miss the wrench by more than what rounding or regularization does.
+bool is_clearly_missed(const SixColumns& columns, const Eight& nearest, const Six& wanted) {
+  const Six exerted = products(columns, nearest);
+  double square = 0.0;
+  for (int k = 0; k < 6; ++k) square += (exerted[k] - wanted[k]) * (exerted[k] - wanted[k]);
+  return square > kClearlyMissed * kClearlyMissed;
+}
+
+/// The tensions nearest to the reference on every string that exert the wrench, in the range, if there are any; else
+/// those outside of it.
+struct ExactTensions {
+  Eight t;
+  bool in_range;
+
+  ExactTensions(const SixColumns& columns, const Six& wanted, double reference, const Range& range) {
+    const Orthonormal basis(columns);
+    t = basis.shortest(wanted) + basis.without_wrench(all_eight(reference));
+    in_range = basis.full_rank && is_within(t, range);
+    if (in_range || !basis.full_rank) return;
+    const Plane plane(basis);
+    if (const auto z = TensionPolygon(t, plane, range, kRangeRounding * range.high).nearest()) {
+      t = t + plane.x * z->x + plane.y * z->y;
+      in_range = true;
+    }
+  }
+};
 
 }  // namespace
 
@@ -43,21 +72,22 @@ TensionSolution TensionSolver::solve(const Pose& pose, const Wrench& wrench, con
   Six wanted;
   for (int k = 0; k < 6; ++k) wanted[k] = k < 3 ? wrench[k] : wrench[k] / strings_->grip_radius;
 
-  // The tensions nearest to the reference on every string that exert the wrench, whatever their range.
-  const Orthonormal basis(columns);
+  // What could not be had in the last tick can seldom be had in this one.
   const Range range{least_, most_};
-  Eight t = basis.shortest(wanted) + basis.without_wrench(all_eight(reference_));
-  solution.exact = basis.full_rank && is_within(t, range);
-  if (basis.full_rank && !solution.exact) {
-    const Plane plane(basis);
-    if (const auto z = TensionPolygon(t, plane, range, kRangeRounding * most_).nearest()) {
-      t = t + plane.x * z->x + plane.y * z->y;
-      solution.exact = true;
-    }
+  Eight t;
+  bool solved = false;
+  if (!last.exact) {
+    t = BoxProblem(columns, wanted, reference_, range).solve(load_eight(last.tensions), kMostPivots, solution.pivots);
+    solved = is_clearly_missed(columns, t, wanted);
   }
-  if (!solution.exact) {
-    const Eight guess = last.exact ? t : load_eight(last.tensions);
-    t = BoxProblem(columns, wanted, reference_, range).solve(guess, kMostPivots, solution.pivots);
+  if (!solved) {
+    const ExactTensions exact(columns, wanted, reference_, range);
+    solution.exact = exact.in_range;
+    if (solution.exact) {
+      t = exact.t;
+    } else if (last.exact) {
+      t = BoxProblem(columns, wanted, reference_, range).solve(exact.t, kMostPivots, solution.pivots);
+    }
   }
 
   store_eight(t, solution.tensions.data());
