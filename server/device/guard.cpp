@@ -9,8 +9,12 @@
 namespace layfigure::device {
 namespace {
 
-constexpr double kRiseFromNone = 5e-3;      // [s]
-constexpr double kUnitTolerance = 1e-3;     // of a quaternion's length: a device may compute in single precision
+constexpr double kRiseFromNone = 5e-3;   // [s]
+constexpr double kStillTime = 0.25;      // [s]: a hand's tremor is of 8 Hz and more
+constexpr double kUnitTolerance = 1e-3;  // of a quaternion's length: a device may compute in single precision
+// A pose that moves by less stays the same: less than a count of any encoder makes of it, more than rounding does.
+constexpr double kSameWay = 1e-7;           // [m]
+constexpr double kSameTurn = 1e-6;          // [rad]
 constexpr double kShortestInterval = 1e-3;  // [s]: two readings in one burst are no jump
 
 void require(double value, const char* name, bool may_be_zero) {
@@ -44,6 +48,8 @@ std::string_view fault_name(Fault fault) {
       return "pose not finite";
     case Fault::kJump:
       return "pose jumped";
+    case Fault::kFrozen:
+      return "pose does not change";
     case Fault::kBadWrench:
       return "wrench not finite";
     case Fault::kLate:
@@ -60,7 +66,8 @@ GuardSettings GuardSettings::of(const Info& info) {
   return {.max_force = info.max_force,
           .max_torque = info.max_torque,
           .force_rate = info.max_force / kRiseFromNone,
-          .torque_rate = info.max_torque / kRiseFromNone};
+          .torque_rate = info.max_torque / kRiseFromNone,
+          .still_time = info.simulated ? std::numeric_limits<double>::infinity() : kStillTime};
 }
 
 void GuardSettings::validate() const {
@@ -74,6 +81,8 @@ void GuardSettings::validate() const {
   require(max_spin, "max_spin", false);
   require(quiet_time, "quiet_time", true);
   require(rise_time, "rise_time", false);
+  if (!(still_time > 0.0)) require(still_time, "still_time", false);
+  require(still_fade, "still_fade", false);
 }
 
 Guard::Guard(const GuardSettings& settings) : settings_(settings) { settings.validate(); }
@@ -98,7 +107,7 @@ void Guard::trip(Fault fault, double since) noexcept {
   }
   report_.fault = fault;
   report_.last_fault = fault;
-  report_.share = 0.0;
+  report_.share = risen_share_ = 0.0;
 }
 
 Fault Guard::fault_of(double time, const Reading& reading) noexcept {
@@ -130,6 +139,7 @@ Reading Guard::check(double time, const Reading& reading) noexcept {
     return answer;
   }
   last_good_ = now;
+  watch_stillness(last_finite_);
   const bool waits = report_.fault == Fault::kJump && now - quiet_since_ < settings_.quiet_time;
   if (waits) {
     answer.status = Reading::Status::kInvalid;
@@ -138,6 +148,27 @@ Reading Guard::check(double time, const Reading& reading) noexcept {
   trusted_ = last_finite_;
   trusted_.grip = std::isfinite(reading.grip) ? std::clamp(reading.grip, 0.0, 1.0) : 0.0;
   return trusted_;
+}
+
+void Guard::watch_stillness(const Reading& reading) noexcept {
+  const bool same = (reading.position - still_.position).norm() <= kSameWay &&
+                    reading.rotation.angularDistance(still_.rotation) <= kSameTurn;
+  if (same) return;
+  still_ = reading;
+  still_since_ = now_;
+}
+
+/// A push under which nothing moves falls; one that moves something comes back.
+void Guard::judge_stillness(double elapsed, const Wrench& wanted) noexcept {
+  if (report_.fault == Fault::kFrozen && still_since_ < fault_since_) return trip(Fault::kFrozen, now_);
+  const bool pushes = std::min(wanted.force.norm(), settings_.max_force) >= kNoticedForce ||
+                      std::min(wanted.torque.norm(), settings_.max_torque) >= kNoticedTorque;
+  if (report_.fault != Fault::kNone) still_share_ = 1.0;
+  if (!pushes || report_.fault != Fault::kNone) still_since_ = now_;
+  const bool falls = now_ - still_since_ > settings_.still_time;
+  const double change = falls ? -elapsed / settings_.still_fade : elapsed / settings_.rise_time;
+  still_share_ = std::clamp(still_share_ + change, 0.0, 1.0);
+  if (still_share_ == 0.0) trip(Fault::kFrozen, now_);
 }
 
 void Guard::recover(double time) noexcept {
@@ -172,13 +203,15 @@ Wrench Guard::limit(double time, const Wrench& wanted) noexcept {
     const bool explained = report_.fault != Fault::kNone && report_.fault != Fault::kSilent;
     trip(explained ? report_.fault : Fault::kSilent, last_good_ + settings_.patience);
   }
+  judge_stillness(elapsed, wanted);
   recover(now);
   if (report_.fault == Fault::kClosed) {
     exerted_ = {};
   } else if (report_.fault != Fault::kNone) {
     exerted_ = faded(now);
   } else {
-    report_.share = std::min(1.0, report_.share + elapsed / settings_.rise_time);
+    risen_share_ = std::min(1.0, risen_share_ + elapsed / settings_.rise_time);
+    report_.share = risen_share_ * still_share_;
     exerted_ = bounded(elapsed, scaled(wanted, report_.share));
   }
   return exerted_;

@@ -197,6 +197,60 @@ TEST(Guard, FaultThatComesAgain_DoesNotPutOffTheFading) {
   EXPECT_LE(ticked.time - begin, kDeadline + 1e-9);
 }
 
+/// What is told of a device that is used: stillness is watched.
+GuardSettings watchful() {
+  GuardSettings watched = settings();
+  watched.still_time = GuardSettings::kStillTime;
+  return watched;
+}
+
+TEST(Guard, PoseThatStandsStillUnderAPush_NoForceBeforeASecondIsOver) {
+  Ticked ticked{.guard = Guard(watchful()), .last = {}};
+  for (int k = 0; k < 1000; ++k) (void)ticked.tick(at(1e-5 * (k % 2)));
+  ASSERT_EQ(ticked.last.force.y(), 5.0);
+  const double begin = ticked.time;
+  double before = 5.0;
+  while (ticked.guard.report().fault == Fault::kNone && ticked.time < begin + 2.0) {
+    const double force = ticked.tick().force.norm();
+    const double since = ticked.time - begin;
+    if (since < watchful().still_time) {
+      EXPECT_EQ(force, 5.0);
+    } else {
+      EXPECT_LE(force, before);
+      EXPECT_GE(force - before, -5.0 * kTick / watchful().still_fade - 1e-9) << "softly";
+    }
+    before = force;
+  }
+  EXPECT_EQ(ticked.guard.report().fault, Fault::kFrozen);
+  EXPECT_NEAR(ticked.time - begin, watchful().still_time + watchful().still_fade, 0.01);
+  for (double left = kDeadline; left > 0.0; left -= kTick) (void)ticked.tick();
+  for (int k = 0; k < 3000; ++k) {
+    EXPECT_TRUE(ticked.tick(at(0.0), k < 1000 ? push(5.0) : push(0.0)).is_zero()) << "until it moves";
+  }
+  EXPECT_EQ(ticked.guard.report().trips, 1);
+  (void)ticked.tick(at(1e-5));
+  for (int k = 0; k < 1000; ++k) (void)ticked.tick(at(1e-5 * (k % 2)));
+  EXPECT_EQ(ticked.guard.report().fault, Fault::kNone);
+  EXPECT_EQ(ticked.last.force.y(), 5.0);
+}
+
+TEST(Guard, PoseThatStandsStillWithoutAPushWorthNoticing_IsNoFault) {
+  for (const double newtons : {0.0, 0.4}) {
+    Ticked ticked{.guard = Guard(watchful()), .last = {}};
+    for (int k = 0; k < 5000; ++k) (void)ticked.tick(at(0.0), push(newtons));
+    EXPECT_EQ(ticked.last.force.y(), newtons);
+    EXPECT_EQ(ticked.guard.report().trips, 0);
+  }
+}
+
+TEST(Guard, SilenceUnderAPush_StaysSilence) {
+  Ticked ticked{.guard = Guard(watchful()), .last = {}};
+  ticked.run(0.2);
+  for (int k = 0; k < 3000; ++k) (void)ticked.tick({.status = Reading::Status::kNothingNew});
+  EXPECT_EQ(ticked.guard.report().fault, Fault::kSilent);
+  EXPECT_EQ(ticked.guard.report().trips, 1);
+}
+
 TEST(Guard, Closed_NoForceForEver) {
   Ticked ticked;
   ticked.start();
@@ -248,6 +302,17 @@ TEST(GuardSettings, Bad_Refused) {
   refused([](GuardSettings& s) { s.force_rate = std::numeric_limits<double>::infinity(); });
   refused([](GuardSettings& s) { s.fade = 0.0; });
   refused([](GuardSettings& s) { s.patience = -1e-3; });
+  refused([](GuardSettings& s) { s.still_time = 0.0; });
+  refused([](GuardSettings& s) { s.still_time = kNan; });
+  refused([](GuardSettings& s) { s.still_fade = 0.0; });
+}
+
+TEST(GuardSettings, OfADevice_WatchStillnessUnlessItIsSimulated) {
+  const Info info{.name = "device", .max_force = 10.0, .max_torque = 0.2, .reach = 0.1};
+  EXPECT_EQ(GuardSettings::of(info).still_time, GuardSettings::kStillTime);
+  Info simulated = info;
+  simulated.simulated = true;
+  EXPECT_EQ(GuardSettings::of(simulated).still_time, std::numeric_limits<double>::infinity());
 }
 
 TEST(GuardSettings, Usual_AreWithinTenMilliseconds) {

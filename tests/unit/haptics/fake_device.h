@@ -18,13 +18,19 @@ class FakeDriver : public device::Driver {
     reading.status = device::Reading::Status::kOk;
   }
   [[nodiscard]] const device::Info& info() const noexcept override { return info_; }
-  [[nodiscard]] device::Reading read(double) noexcept override { return reading; }
+  [[nodiscard]] device::Reading read(double) noexcept override {
+    device::Reading told_now = reading;
+    tremor = -tremor;
+    told_now.position.x() += tremor;
+    return told_now;
+  }
   void write(const device::Wrench& wrench) noexcept override { told = wrench; }
   [[nodiscard]] device::Wrench exerted() const noexcept override { return told; }
   void close() noexcept override { told = {}; }
 
   device::Reading reading;
   device::Wrench told;
+  double tremor{0.0};  ///< [m] to either side: a guard takes a hand without any under a push for a frozen device
 
  private:
   device::Info info_;

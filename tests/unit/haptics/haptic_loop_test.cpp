@@ -67,6 +67,7 @@ struct Rig {
 double felt_by_moving(double physics_hz, int ticks, double way) {
   auto driver = std::make_unique<FakeDriver>();
   FakeDriver& fake = *driver;
+  fake.tremor = 1e-6;
   Rig rig(std::move(driver), physics_hz, ticks);
   rig.pass(1.0);
   rig.devices.guide(0, {.position = rig.tip()}, rig.hands);

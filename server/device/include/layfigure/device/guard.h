@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 #include "layfigure/device/types.h"
@@ -16,6 +17,7 @@ enum class Fault {
   kInvalid,     ///< the device rejects its own pose: slack, slip, a broken string, a wrong calibration
   kNotFinite,   ///< of the pose or its quaternion
   kJump,        ///< the pose is further from the last than any hand moves
+  kFrozen,      ///< the pose stays as it is to the last digit, whatever the hand is pushed with
   kBadWrench,   ///< the wrench asked for is not finite
   kLate,        ///< the tick came too late
   kStalled,     ///< whoever computes the wrench has not heard of the doll for too long
@@ -36,12 +38,24 @@ struct GuardSettings {
   double max_spin{100.0};   ///< [rad/s]
   double quiet_time{0.05};  ///< of good readings and wrenches before a force comes back [s] ...
   double rise_time{0.5};    ///< ... and for it to come back fully [s]
+  double still_time{std::numeric_limits<double>::infinity()};  ///< of a pose that stays the same under a push until the
+                                                               ///< push falls [s] ...
+  double still_fade{0.5};                                      ///< ... and from there to none [s]
+
+  /// A hand's tremor is of 8 Hz and more [s].
+  static constexpr double kStillTime = 0.25;
 
   /// What the device can do, reached from none within 5 ms: faster than a fast hand that meets a stiff wall needs it.
+  /// Stillness is watched for kStillTime, but not of a simulated device, whose hand has no tremor.
   [[nodiscard]] static GuardSettings of(const Info& info);
   /// Throws std::invalid_argument that names the value and its range.
   void validate() const;
 };
+
+/// A push that moves a hand for sure: more than the friction of a SPIDAR's eight pulleys [N]; and the torque that this
+/// is at its grip's rim [N m].
+inline constexpr double kNoticedForce = 0.5;
+inline constexpr double kNoticedTorque = 0.015;
 
 struct GuardReport {
   Fault fault{Fault::kNotStarted};  ///< at present
@@ -54,6 +68,13 @@ struct GuardReport {
 /// goes wrong takes the force to zero within patience + fade (8 ms) of the last moment at which all was well:
 ///     share(t) falls linearly from what was exerted then, to zero within `fade`;
 /// after `quiet_time` without a fault it rises again linearly, within `rise_time`.
+///
+/// Poses that stand still may be those of a hand that does, or of a device that repeats itself. What tells them apart
+/// is that a hand trembles, and gives way: the stiffest, some kN/m, by a count of the encoders for every few hundredths
+/// of a newton. So a push of kNoticedForce or kNoticedTorque under which the pose has not changed at all for
+/// `still_time` falls linearly, within `still_fade`. A hand moves before the push has lost what friction takes, and
+/// gets it back; a frozen device does not, and pushes no more until its pose changes (Fault::kFrozen). Smaller pushes,
+/// which friction may hide, are not watched.
 ///
 /// Pure: knows no clock but the times that it is given. A time that is not finite, or before the last, counts as the
 /// last. For one thread; allocates nothing.
@@ -83,6 +104,8 @@ class Guard {
   [[nodiscard]] double advance(double time) noexcept;
   [[nodiscard]] Fault fault_of(double time, const Reading& reading) noexcept;
   void recover(double time) noexcept;
+  void watch_stillness(const Reading& reading) noexcept;
+  void judge_stillness(double elapsed, const Wrench& wanted) noexcept;
   [[nodiscard]] Wrench faded(double time) const noexcept;
   [[nodiscard]] Wrench bounded(double elapsed, const Wrench& wanted) const noexcept;
 
@@ -99,6 +122,10 @@ class Guard {
   Reading last_finite_;  ///< whatever it was
   double last_finite_time_{0.0};
   bool has_finite_{false};
+  Reading still_;            ///< that the poses since have not moved from ...
+  double still_since_{0.0};  ///< ... under a push
+  double still_share_{1.0};  ///< of the push that is let through for it ...
+  double risen_share_{0.0};  ///< ... and for the time since a fault
   Wrench exerted_;
   Wrench at_fault_;  ///< what was exerted when it began
 };
