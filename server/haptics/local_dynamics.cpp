@@ -27,7 +27,7 @@ Eigen::Matrix<double, 6, 1> between(const Vector3d& p, const Eigen::Quaterniond&
   return way;
 }
 
-// Of lost_by_step(): ways that curve away from their velocities give a little back, third order in the step.
+// Of lost_by_step(), for what is of third order in the step.
 constexpr double kSureLoss = 0.5;
 
 int same_port(const LocalModel& model, const LocalModel& other, int port) {
@@ -39,10 +39,7 @@ int same_port(const LocalModel& model, const LocalModel& other, int port) {
   return -1;
 }
 
-/// What a step of physics from `before` to `after` has lost beside all work: by the implicit step
-///     v'^T M (v' - v) = (kinetic energy gained) + |v' - v|_M^2 / 2
-/// the forces' work exceeds the kinetic energy that it makes, over all bodies. Of all motions that change the ports'
-/// velocities by dv the least has |dv|_M^2 / 2, M the ports' mass (local_model.h). Zero where a port has gone.
+/// |dv|_M^2 / 2 of the step of physics from `before` to `after`, see the header. Zero where a port has gone.
 double lost_by_step(const LocalModel& before, const LocalModel& after) {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostPortRows, 1> change, momentum;
   change.setZero(before.rows());
@@ -145,7 +142,9 @@ void LocalDynamics::hand_over(const LocalModel& model) noexcept {
   model_ = model;
   has_model_ = true;
   account_physics(before);
-  ledger_.energy += std::clamp(-ledger_.energy, 0.0, lost);
+  const double booked = std::clamp(-ledger_.energy, 0.0, lost);
+  ledger_.energy += booked;
+  ledger_.lost += booked;
   ledger_.lowest = std::min(ledger_.lowest, ledger_.energy);
   take_ports(before);
   way_.setZero(model_.rows());

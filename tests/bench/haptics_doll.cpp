@@ -160,6 +160,9 @@ void tell_energy(const HapticsEffort& effort, std::vector<Figure>& figures) {
   const std::string name = std::to_string(found.contacts) + " random contacts: ";
   figures.push_back({name + "net energy generated", -found.taken_in, "J", 0.0});
   figures.push_back({name + "deepest dip of the hand-over", -found.lowest_hand_over, "J", kDeepestDip});
+  figures.push_back({name + "booked of what steps lost", found.booked, "J"});
+  figures.push_back({name + "lost by steps", found.lost, "J"});
+  figures.push_back({name + "booked of a step more than it lost, most", found.overbooked, "J", 0.0});
   figures.push_back({name + "problems not solved", static_cast<double>(found.unsolved), "", 0.0});
 }
 

@@ -80,8 +80,15 @@ void MultirateRig::begin_interval() {
 void MultirateRig::step_physics() {
   means_ = local_.end_interval();
   loads_.set(scene_.model(), state_, means_);
+  const dynamics::Energy before = measures_losses_ ? energy(scene_.model(), state_) : dynamics::Energy{};
   const auto report = scene_.step(state_, {.loads = &loads_, .couplings = held_.pins}, {.step = step_}).step;
   if (report.status != dynamics::StepStatus::kOk) ++failed_;
+  if (measures_losses_) {
+    const dynamics::Energy after = energy(scene_.model(), state_);
+    const dynamics::Work& work = report.work;
+    step_loss_ = work.input - work.viscous - work.flow - work.constraints - (after.total() - before.total());
+    step_rounding_ = work.rounding + before.rounding + after.rounding;
+  }
   for (int k = 0; k < static_cast<int>(held_.pointers.size()); ++k) {
     const PointerPort& pointer = held_.pointers[k];
     if (!pointer.touches) continue;

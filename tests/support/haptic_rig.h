@@ -61,6 +61,12 @@ class MultirateRig : public HapticRig {
   [[nodiscard]] const haptics::LocalDynamics& local() const { return local_; }
   [[nodiscard]] const haptics::LocalModel& model() const { return model_; }
   [[nodiscard]] long failed_steps() const { return failed_; }
+  /// From now on steps' own losses are measured, which allocates.
+  void measure_losses() { measures_losses_ = true; }
+  /// Of the last step, by its ledger (dynamics::Work): the work that it was done less the energy that it gained and
+  /// what its joints and constraints took, and what rounding may have made of that [J].
+  [[nodiscard]] double step_loss() const { return step_loss_; }
+  [[nodiscard]] double step_rounding() const { return step_rounding_; }
 
  private:
   void begin_interval();
@@ -74,6 +80,9 @@ class MultirateRig : public HapticRig {
   double step_;
   long ticks_{0};
   long failed_{0};
+  bool measures_losses_{false};
+  double step_loss_{0.0};
+  double step_rounding_{0.0};
   haptics::LocalModeler modeler_;
   haptics::LocalModel model_;
   haptics::LocalDynamics local_;

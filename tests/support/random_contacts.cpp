@@ -59,6 +59,28 @@ class HandWork {
   double work_{0.0};
 };
 
+/// Compares what the hand-over books of steps' losses with what they lose.
+class LossCheck {
+ public:
+  explicit LossCheck(MultirateRig& rig) : rig_(rig) { rig.measure_losses(); }
+  /// After each tick: the ledger of the hand-over changes when physics has answered.
+  void tick(ContactEnergy& found) {
+    const double booked = rig_.local().ledger().lost - booked_;
+    const bool stepped = rig_.state().time != time_;
+    if (!stepped && booked == 0.0) return;
+    found.booked += booked;
+    found.lost += rig_.step_loss();
+    found.overbooked = std::max(found.overbooked, booked - rig_.step_loss() - rig_.step_rounding());
+    booked_ += booked;
+    time_ = rig_.state().time;
+  }
+
+ private:
+  MultirateRig& rig_;
+  double booked_{0.0};
+  double time_{0.0};
+};
+
 // A contact begins where the force rises above this [N].
 constexpr double kTouching = 0.05;
 // Contacts of one stiffness.
@@ -83,6 +105,7 @@ ContactEnergy run_random_contacts(long contacts, double physics_hz, double hapti
       return target;
     }};
     HandWork work;
+    LossCheck losses(rig);
     bool touching = false;
     const long before = found.contacts;
     while (found.contacts < before + kSeries) {
@@ -90,6 +113,7 @@ ContactEnergy run_random_contacts(long contacts, double physics_hz, double hapti
       if (time >= tap.end()) tap = Tap(time, random);
       const haptics::PortWrench felt = rig.tick(hand)[0];
       work.add(hand[0](time), felt);
+      losses.tick(found);
       found.largest_force = std::max(found.largest_force, felt.force.norm());
       const bool pressed = felt.force.z() > kTouching;
       if (pressed && !touching) ++found.contacts;
@@ -114,11 +138,13 @@ ContactEnergy shake_doll(double frequency, double physics_hz, double amplitude, 
     return target;
   }};
   HandWork work;
+  LossCheck losses(rig);
   ContactEnergy found;
   while (rig.time() < duration) {
     const double time = rig.time();
     const haptics::PortWrench felt = rig.tick(hand)[0];
     work.add(hand[0](time), felt);
+    losses.tick(found);
     found.largest_force = std::max(found.largest_force, felt.force.norm());
   }
   found.taken_in = work.work();

@@ -8,6 +8,9 @@ struct ContactEnergy {
   double taken_in{0.0};          ///< net work of the hands on what is rendered [J]
   double lowest_hand_over{0.0};  ///< the lowest state of the hand-over's ledger [J]
   double largest_force{0.0};     ///< on a hand [N]
+  double booked{0.0};            ///< of what steps of physics lost by themselves, in that ledger [J] ...
+  double lost{0.0};              ///< ... and what they lost by their own [J]
+  double overbooked{0.0};        ///< by which the first exceeded the second most in a step, beyond rounding [J]
   long unsolved{0};              ///< complementarity problems of ticks
 };
 

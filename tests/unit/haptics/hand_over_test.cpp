@@ -18,6 +18,7 @@ TEST(HandOver, RandomContacts_MakeNoEnergy) {
     EXPECT_GE(found.taken_in, 0.0) << "the hand gets out no more than it put in";
     EXPECT_GE(found.lowest_hand_over, -kDeepestDip);
     EXPECT_EQ(found.unsolved, 0);
+    EXPECT_LE(found.overbooked, 0.0) << "no step lost less than was booked of it";
   }
 }
 
@@ -27,6 +28,8 @@ TEST(HandOver, WildHandOnSlowPhysics_IsPaidBack) {
   EXPECT_GE(found.taken_in, 0.0);
   EXPECT_TRUE(std::isfinite(found.largest_force));
   EXPECT_LE(found.largest_force, 20.0);
+  EXPECT_GT(found.booked, 0.0);
+  EXPECT_LE(found.overbooked, 0.0) << "no step lost less than was booked of it";
 }
 
 }  // namespace

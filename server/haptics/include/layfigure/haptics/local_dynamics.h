@@ -42,11 +42,19 @@
 ///     wrenches, s = c g, which relaxes the springs and adds c |g|^2 > 0, until E is -L again, at most at kRelaxSpeed.
 /// The two sums of an interval are booked together, when physics has answered; shifts are booked at once.
 ///
-/// A doll that is stopped, or thrown back, within an interval does more work on the hands, tick by tick, than it does
-/// against the mean wrench: the force is large while it is fast. Scaling the mean cannot make up for that, and it need
-/// not: physics' implicit step loses half of |dv|_M^2 beside all work, dv the change of the ports' velocities and M
-/// their mass, and the doll has that less. Where E would be below zero, up to half of it is booked: never more than
-/// leads to zero, so it is no credit for later.
+/// What a step loses by itself. A doll that is stopped, or thrown back, within an interval does more work on the hands,
+/// tick by tick, than it does against the mean wrench: the force is large while it is fast. Scaling the mean cannot
+/// make up for that, and it need not: the doll has lost that energy beside all work, in the step. With v the bodies'
+/// velocities before it and v' = J w after it, forces F and joint torques t(w), the step (dynamics/step.h) is
+///     J^T (M (v' - v) - H F) + H t(w) = 0
+/// which times w is
+///     H F . v'  =  v'^T M (v' - v) + H t . w  =  T' - T + |v' - v|_M^2 / 2 + H t . w,   T kinetic energy
+/// and H t . w, the torque of the step's end along the way, is at least what the springs, being convex, store and the
+/// dampers and the flow use up. So the forces' work exceeds all that by N >= |v' - v|_M^2 / 2, and of all motions with
+/// the same change dv of the ports' velocities the least has |dv|_M^2 / 2, M the ports' mass (local_model.h). What this
+/// leaves out is of third order in H: the ways of bodies that turn curve away from H v', and M turns with them. So half
+/// of it is booked, where E would be below zero, and never more than leads to zero: it is no credit for later. The
+/// ledger tells how much; that it is less than steps have lost by their own ledger is tested.
 ///
 /// E starts at zero; rules 1 and 2 do not lower it below -L, and under rule 3 it rises while anything pushes; where
 /// nothing pushes no energy is exchanged. So sum g . dp >= sum G . dP - L - (what one interval was mistaken by):
@@ -83,6 +91,7 @@ struct HandOverLedger {
   double lowest{0.0};     ///< the least that it has been
   double relaxed{0.0};    ///< given back by rule 3
   double held_back{0.0};  ///< not spent by rule 2
+  double lost{0.0};       ///< booked of what steps of physics lost by themselves
 };
 
 /// Allocates in its constructor only; its functions lock, log and throw nothing. Not thread-safe. A tick costs

@@ -23,8 +23,7 @@ inline constexpr double kMaxPowerScale = 1e6;
 /// them the pointer never jumps.
 ///   - A new scale s' at the hand's present pose: o grows by (s - s') R_WD p_D.
 ///   - The clutch: while it is held the pointer stays where it is and the hand moves freely, to grip anew; o and C
-///   follow
-///     from the poses at its release.
+///     follow from the poses at its release.
 ///   - A new base frame places the pointer anew, o = p_WD and C = 1; place() does it with the hand where it is. These
 ///     alone move it.
 ///
