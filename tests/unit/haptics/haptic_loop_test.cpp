@@ -63,11 +63,13 @@ struct Rig {
   double time{0.0};
 };
 
+constexpr double kTremor = 1e-6;  // [m], of hands that are pushed while they stand still
+
 /// What a hand feels more [N] that has moved a grip by so much [m].
 double felt_by_moving(double physics_hz, int ticks, double way) {
   auto driver = std::make_unique<FakeDriver>();
   FakeDriver& fake = *driver;
-  fake.tremor = 1e-6;
+  fake.tremor = kTremor;
   Rig rig(std::move(driver), physics_hz, ticks);
   rig.pass(1.0);
   rig.devices.guide(0, {.position = rig.tip()}, rig.hands);
@@ -139,6 +141,7 @@ TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
   for (const double physics_hz : {50.0, 500.0}) {
     auto driver = std::make_unique<FakeDriver>();
     FakeDriver& fake = *driver;
+    fake.tremor = kTremor;
     Rig rig(std::move(driver), physics_hz, static_cast<int>(2000.0 / physics_hz), testing::thick_doll());
     rig.pass(1.0);
     std::vector<dynamics::BodyPose> poses;
@@ -237,6 +240,7 @@ TEST(HapticLoop, FingertipsThatTiltInCircles_KeepWhatTheyHold) {
 TEST(HapticLoop, FingertipWithAMagnet_HoldsWhatItTouched) {
   auto driver = std::make_unique<FakeDriver>();
   FakeDriver& fake = *driver;
+  fake.tremor = kTremor;
   Rig rig(std::move(driver), 250.0, 8, testing::thick_doll());
   rig.pass(1.0);
   std::vector<dynamics::BodyPose> poses;
@@ -373,6 +377,7 @@ TEST(HapticLoop, PoseIsNotFiniteOrDeviceGone_NoForceWithinTenMilliseconds) {
   for (const bool gone : {false, true}) {
     auto opened = std::make_unique<FakeDriver>();
     FakeDriver& fake = *opened;
+    fake.tremor = kTremor;
     Rig rig(std::move(opened), 100.0, 20);
     rig.pass(1.0);
     rig.devices.guide(0, {.position = rig.tip()}, rig.hands);
@@ -396,6 +401,7 @@ TEST(HapticLoop, PhysicsStalls_NoForceWithinTenMillisecondsOfItsAnswersTime) {
   constexpr int kTicks = 10;
   auto driver = std::make_unique<FakeDriver>();
   FakeDriver& fake = *driver;
+  fake.tremor = kTremor;
   Hands hands(testing::small_doll(), kTicks * kTick);
   hands.serve(1);
   DeviceSet devices(testing::one_device(std::move(driver)), {});
