@@ -141,7 +141,6 @@ TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
   for (const double physics_hz : {50.0, 500.0}) {
     auto driver = std::make_unique<FakeDriver>();
     FakeDriver& fake = *driver;
-    fake.tremor = kTremor;
     Rig rig(std::move(driver), physics_hz, static_cast<int>(2000.0 / physics_hz), testing::thick_doll());
     rig.pass(1.0);
     std::vector<dynamics::BodyPose> poses;
@@ -152,6 +151,7 @@ TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
     rig.pass(0.5);
     EXPECT_FALSE(rig.pointer().fingertip()->touched.contact);
     EXPECT_TRUE(fake.told.force.norm() < 1e-3) << fake.told.force.transpose();
+    fake.tremor = kTremor;
     const double scale = rig.pointer().map().scale();
     for (int k = 1; k <= 50; ++k) {
       fake.reading.position.z() = -0.03 / scale * k / 50.0;
