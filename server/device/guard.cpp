@@ -10,7 +10,6 @@ namespace layfigure::device {
 namespace {
 
 constexpr double kRiseFromNone = 5e-3;   // [s]
-constexpr double kStillTime = 0.25;      // [s]: a hand's tremor is of 8 Hz and more
 constexpr double kUnitTolerance = 1e-3;  // of a quaternion's length: a device may compute in single precision
 // A pose that moves by less stays the same: less than a count of any encoder makes of it, more than rounding does.
 constexpr double kSameWay = 1e-7;           // [m]
@@ -67,7 +66,7 @@ GuardSettings GuardSettings::of(const Info& info) {
           .max_torque = info.max_torque,
           .force_rate = info.max_force / kRiseFromNone,
           .torque_rate = info.max_torque / kRiseFromNone,
-          .still_time = info.simulated ? std::numeric_limits<double>::infinity() : kStillTime};
+          .still_time = info.simulated ? std::numeric_limits<double>::infinity() : GuardSettings::kStillTime};
 }
 
 void GuardSettings::validate() const {
