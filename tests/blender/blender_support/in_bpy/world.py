@@ -220,6 +220,8 @@ def start(armature: bpy.types.Object) -> sessions.Session:
 def settle(session: sessions.Session, timeout_s: float = TIMEOUT_S) -> None:
     """Until the doll rests, for a while of the simulation, and the pose in which it does has been applied."""
     deadline = time.monotonic() + timeout_s
+    now_us = session.link.send("history").result(timeout_s).time_us  # what was sent before has come, poses may lag
+    wait(lambda: session.link.newest.pose.time_us >= now_us, "a pose", timeout_s)
     pose = since = session.link.newest.pose
     while pose.time_us - since.time_us < 3e5 or session.applied is None or not _are_same(session.applied, pose):
         assert time.monotonic() < deadline, "the doll did not come to rest"
