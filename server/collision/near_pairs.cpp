@@ -8,8 +8,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A body may go this many times as far as it can in one update before the list is made anew: that halves what the lists
-// cost compared with 8; beyond, longer lists cost what fewer of them save.
+// A body may go this many times as far as it can in one update before the list is made anew: so rarely that the sweep
+// costs little, and so near that the list stays short.
 constexpr double kUpdatesListed = 16.0;
 
 Box box_of(const Polytope& core, const MovingBody& body, double margin) {
