@@ -57,7 +57,7 @@ def check_take(network: tuple[str, ...], folder: Path, setup: str, script: str, 
     assert (folder / "take.lcmlog").is_file(), done.stdout
     take = read_take(folder / "take.lcmlog")
     assert take.lost_poses > 0, "the network was no worse than others"
-    assert 0.8 * POSES <= len(take.times_us) <= POSES - take.lost_poses
+    assert 0.8 * POSES <= len(take.times_us) <= POSES - take.lost_poses, done.stdout
     assert (take.times_us[1:] > take.times_us[:-1]).all()
     assert take.pointers[0].attached.any()
     assert not take.pointers[0].attached[-1]

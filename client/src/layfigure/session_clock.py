@@ -14,6 +14,9 @@ from layfigure.protocol import Argument, Character, Pose
 
 PointerMessages = list[tuple[int, int]]  # pointer, sequence number of the message sent
 STEP_ATTEMPTS = 5
+# How long the step waits for the pointer messages sent before it, attempt by attempt [s]: a lost one is sent again at
+# once, one that the step overtook needs no more than a network's delay.
+POINTER_PATIENCE_S = (0.0, *(0.001 * 2**k for k in range(9)))
 
 
 def wait_for_step(connection: Connection, newest: Callable[[], Pose | None], step: int) -> None:
@@ -76,20 +79,25 @@ class LockstepClock:
         self, steps: int, send_pointers: Callable[[], PointerMessages], timeout_s: float = REPLY_TIMEOUT_S
     ) -> None:
         """Orders so many steps, the first of which has the pointers that are sent."""
-        for attempt in range(STEP_ATTEMPTS):
-            arguments = [Argument("count", values=(float(steps),))]
-            if sent := send_pointers():
-                arguments.append(Argument("pointer_sequence", values=tuple(float(n) for pair in sent for n in pair)))
+        for patience_s in POINTER_PATIENCE_S:
+            count = Argument("count", values=(float(steps),))
+            sent = send_pointers()
+            self._connection.bus.wait_until(lambda: False, patience_s)
             try:
-                reply = self._connection.command("step", *arguments, timeout_s=timeout_s)
+                reply = self._connection.command("step", count, *_named(sent), timeout_s=timeout_s)
                 break
-            except RefusedError:  # a pointer message was lost on the way
-                if attempt == STEP_ATTEMPTS - 1:
+            except RefusedError:  # a pointer message was lost on the way, or overtaken
+                if not sent or patience_s == POINTER_PATIENCE_S[-1]:
                     raise
         self._steps_done = int(reply.values("steps")[0])
 
     def stepped(self, steps_done: int) -> None:
         self._steps_done = steps_done
+
+
+def _named(sent: PointerMessages) -> list[Argument]:
+    """The argument of `step` that names the messages it must not come before."""
+    return [Argument("pointer_sequence", values=tuple(float(n) for pair in sent for n in pair))] if sent else []
 
 
 class RealtimeClock:
