@@ -30,6 +30,7 @@ from layfigure.session import (
     Unpin,
     Wait,
 )
+from layfigure.session_clock import POINTER_PATIENCE_S
 
 RATE_HZ = synthetic.POSE_HZ
 
@@ -161,12 +162,18 @@ def test_play_refused_grab_says_which_hand_and_when(bus: Bus, server: ScriptedSe
         play(bus, server, session(Wait(0.5), Grab("thumb.L"), Release()))
 
 
+def test_play_asks_again_for_the_first_pose_when_it_is_lost(bus: Bus, server: ScriptedServer) -> None:
+    server.lost_answers = 2
+    assert play(bus, server, session(Wait(1 / 60))) == pytest.approx(1 / 60)
+    assert server.command_names() == [*["get_character"] * 3, "step"]
+
+
 def test_play_refused_step_is_tried_again_then_given_up_and_lets_go(bus: Bus, server: ScriptedServer) -> None:
     server.refusals["step"] = "pointer 0: message 2 has not arrived; send it again"
     with pytest.raises(RefusedError, match="has not arrived"):
         play(bus, server, session(Grab("LeftHand"), Wait(1.0), Release()))
-    assert server.command_names() == ["get_character", "grab", *["step"] * 5, "release"]
-    assert len(server.pointers) == 1 + 5
+    assert server.command_names() == ["get_character", "grab", *["step"] * len(POINTER_PATIENCE_S), "release"]
+    assert len(server.pointers) == 1 + len(POINTER_PATIENCE_S)
 
 
 def test_play_stopped_early_lets_go(bus: Bus, server: ScriptedServer) -> None:

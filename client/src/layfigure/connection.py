@@ -108,6 +108,14 @@ class Connection:
         assert self._character is not None
         return self._character
 
+    def wait_for_pose(self, character: Character, has_come: Callable[[], bool], timeout_s: float) -> None:
+        """The pose that answers `get_character`: where time stands still no other follows one that was lost."""
+        limit = TimeLimit(self.bus, timeout_s)
+        while not self.bus.wait_until(has_come, min(RESEND_AFTER_S, limit.remaining_s)):
+            if limit.remaining_s == 0.0:
+                raise NoReplyError(f"no pose of '{character.name}' arrived within {timeout_s:g} s")
+            self.command("get_character", timeout_s=limit.remaining_s)
+
     def fetch_meshes(self, character: Character, timeout_s: float = MESH_TIMEOUT_S) -> tuple[Mesh, ...]:
         """The character's skinned meshes. Chunks that are lost on the way are asked for again."""
         self._assembly = assembly = MeshAssembly(character)

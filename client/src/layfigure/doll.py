@@ -102,8 +102,7 @@ class Doll:
         bus.subscribe(FORCE_CHANNEL, self._on_force)
         bus.subscribe(REPLY_CHANNEL, self._on_reply)
         self._character = self._connection.fetch_character(timeout_s)
-        if not bus.wait_until(lambda: self._pose is not None, timeout_s):
-            raise NoReplyError(f"no pose of '{self.character.name}' arrived within {timeout_s:g} s")
+        self._connection.wait_for_pose(self._character, lambda: self._pose is not None, timeout_s)
         assert self._pose is not None
         self._check(self._pose, self._character)
 

@@ -17,7 +17,7 @@ import numpy as np
 from layfigure import codec, rotation, skeleton
 from layfigure.bus import Bus
 from layfigure.connection import REPLY_TIMEOUT_S, Connection
-from layfigure.errors import LayfigureError, NoReplyError, RefusedError
+from layfigure.errors import LayfigureError, RefusedError
 from layfigure.expectation import Vector
 from layfigure.hand_motion import HandMotion, Scheduled
 from layfigure.judge import Judge
@@ -114,8 +114,7 @@ class Player:
         return RealtimeClock(self._connection, character)
 
     def _wait_for_pose(self, character: Character) -> Pose:
-        if not self._bus.wait_until(lambda: self._pose is not None, POSE_TIMEOUT_S):
-            raise NoReplyError(f"no pose of '{character.name}' arrived within {POSE_TIMEOUT_S:g} s")
+        self._connection.wait_for_pose(character, lambda: self._pose is not None, POSE_TIMEOUT_S)
         assert self._pose is not None
         return self._pose
 

@@ -43,6 +43,7 @@ class ScriptedServer:
         self.refusals: dict[str, str] = {}  # by command: the reason
         self.devices: dict[int, str] = {}  # by their pointers: names of what moves these
         self.unanswered = 0  # so many commands are left without a reply
+        self.lost_answers = 0  # so many commands `get_character` are answered without the pose
         self.lost_chunks: set[int] = set()  # sent only when asked for by number
         self._stop = threading.Event()
         bus.subscribe(COMMAND_CHANNEL, self._on_command)
@@ -107,7 +108,9 @@ class ScriptedServer:
         if command.name == "get_character":
             self.publish_character()
             self.publish_status()
-            if self.poses > 0:
+            if self.lost_answers > 0:
+                self.lost_answers -= 1
+            elif self.poses > 0:
                 self.publish_pose(self.poses - 1)
         elif command.name == "get_mesh":
             self._publish_mesh(given)
