@@ -8,7 +8,9 @@ from __future__ import annotations
 import contextlib
 import os
 import random
+import re
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -52,6 +54,16 @@ def check_whole(log: Path, out: Path, acknowledged: int) -> None:
     assert check(out).findings == ()
 
 
+def check_replay(binary: Path, log: Path) -> None:
+    """What a killed server has logged plays again, bit for bit."""
+    done = subprocess.run([binary, "--replay", log], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    found = re.fullmatch(r"replayed \d+ steps: all (\d+) poses are the same, bit for bit\n", done.stdout)
+    assert found, done.stdout
+    assert int(found[1]) > 0
+    log.unlink()
+
+
 def wait_for_more(log: Path, count: int) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while len(poses_of(log)) <= count:
@@ -69,13 +81,14 @@ def finish(recorder: ClientProcess, folder: Path, acknowledged: int) -> None:
 
 @pytest.mark.slow
 def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(
-    start_server: StartServer, start_client: StartClient, tmp_path: Path
+    binary: Path, start_server: StartServer, start_client: StartClient, tmp_path: Path
 ) -> None:
     random_moments = random.Random(SEED)
     (tmp_path / "hold.toml").write_text(SESSION)
     log = tmp_path / "take.recording.lcmlog"
     port = keepable_port()
-    server: ServerProcess = start_server("--broker", port)
+    session = tmp_path / "session.lcmlog"  # the server's own
+    server: ServerProcess = start_server("--broker", port, "--log", session)
     for number in range(KILLS):
         victim = random_moments.choice(("server", "recorder", "player"))
         moment_s = random_moments.uniform(0.0, LONGEST_S)
@@ -97,7 +110,8 @@ def test_kills_at_random_moments_lose_nothing_that_was_acknowledged(
         else:
             server.process.kill()
             server.process.wait()  # until then it may hold its port
-            server = start_server("--broker", port)
+            check_replay(binary, session)
+            server = start_server("--broker", port, "--log", session)
             wait_for_more(log, acknowledged)  # the recorder has found the new one
             finish(recorder, tmp_path, acknowledged)
         player.finish(signal.SIGKILL)
