@@ -148,6 +148,20 @@ void tell_whole_step(const std::string& name, const scene::SceneDefinition& defi
   figures.push_back({"whole step, " + name + ": fits", fits, "kHz"});
 }
 
+void tell_energy_by(int hands, const HapticsEffort& effort, std::vector<Figure>& figures) {
+  const testing::ContactEnergy found =
+      testing::run_random_contacts(hands, effort.contacts, kContactPhysicsRate, kContactHapticRate);
+  const std::string name =
+      std::to_string(found.contacts) + " random contacts of " + (hands == 1 ? "one hand: " : "two hands: ");
+  figures.push_back({name + "net energy generated", -found.taken_in, "J", 0.0});
+  figures.push_back({name + "deepest dip of the hand-over", -found.lowest_hand_over, "J", kDeepestDip});
+  figures.push_back({name + "booked of what steps lost", found.booked, "J"});
+  figures.push_back({name + "lost by steps", found.lost, "J"});
+  figures.push_back({name + "booked of a step more than it lost, most", found.overbooked, "J", 0.0});
+  figures.push_back({name + "problems not solved", static_cast<double>(found.unsolved), "", 0.0});
+  if (hands > 1) figures.push_back({name + "begun while the other touched", static_cast<double>(found.together), ""});
+}
+
 dynamics::State start_of(const dynamics::ModelDefinition& definition) {
   return initial_state(dynamics::Model(definition));
 }
@@ -155,15 +169,7 @@ dynamics::State start_of(const dynamics::ModelDefinition& definition) {
 }  // namespace
 
 void tell_energy(const HapticsEffort& effort, std::vector<Figure>& figures) {
-  const testing::ContactEnergy found =
-      testing::run_random_contacts(effort.contacts, kContactPhysicsRate, kContactHapticRate);
-  const std::string name = std::to_string(found.contacts) + " random contacts: ";
-  figures.push_back({name + "net energy generated", -found.taken_in, "J", 0.0});
-  figures.push_back({name + "deepest dip of the hand-over", -found.lowest_hand_over, "J", kDeepestDip});
-  figures.push_back({name + "booked of what steps lost", found.booked, "J"});
-  figures.push_back({name + "lost by steps", found.lost, "J"});
-  figures.push_back({name + "booked of a step more than it lost, most", found.overbooked, "J", 0.0});
-  figures.push_back({name + "problems not solved", static_cast<double>(found.unsolved), "", 0.0});
+  for (const int hands : {1, 2}) tell_energy_by(hands, effort, figures);
 }
 
 void tell_felt(const HapticsEffort& effort, std::vector<Figure>& figures) {
@@ -198,7 +204,7 @@ void tell_rest(const HapticsEffort& effort, std::vector<Figure>& figures) {
 void tell_tick_times(const HapticsEffort& effort, std::vector<Figure>& figures) {
   const HeldScene held = testing::held_doll(2, grab(2));
   tell_local_tick("doll-52 in two hands", held, held_pose(held, 0), effort.ticks, figures);
-  const HeldScene touched = testing::touched_limb({.stiffness = 800.0, .damping = 4.0});
+  const HeldScene touched = testing::touched_limb({{.stiffness = 800.0, .damping = 4.0}});
   CouplingTarget pressed = held_pose(touched, 0);
   pressed.position.z() -= 8e-3;
   tell_local_tick("a touch with friction", touched, pressed, effort.ticks, figures);

@@ -131,11 +131,13 @@ HeldScene held_doll(int hands, const haptics::CouplingGains& gains) {
   return held;
 }
 
-HeldScene touched_limb(const haptics::CouplingGains& gains) {
+HeldScene touched_limb(const std::vector<haptics::CouplingGains>& hands) {
   constexpr double kLength = 0.3;
   constexpr double kRadius = 0.03;
   constexpr double kBall = 0.01;
   constexpr double kGap = 2e-3;
+  constexpr double kAlong[] = {0.9, 0.6};  // of the limb, where the hands touch it
+  constexpr double kSide[] = {1.0, -1.0};  // from which they do, along z
   HeldScene held;
   dynamics::ModelDefinition& model = held.definition.model;
   model.root = dynamics::RootKind::kFree;
@@ -154,8 +156,6 @@ HeldScene touched_limb(const haptics::CouplingGains& gains) {
   model.bodies[limb].com = {0.5 * kLength, 0.0, 0.0};
   model.bodies[limb].joint.stiffness = 30.0;
   model.bodies[limb].joint.damping = 0.6;
-  const Eigen::Vector3d tip(0.1 + 0.9 * kLength, 0.0, kRadius + kBall + kGap);
-  const int ball = add("ball", -1, tip, 0.05, kBall);
   collision::ShapeDefinition shape;
   shape.name = "limb";
   shape.shape = collision::Capsule{.radius = kRadius, .half_length = 0.5 * kLength};
@@ -166,18 +166,22 @@ HeldScene touched_limb(const haptics::CouplingGains& gains) {
   held.definition.shapes.push_back(shape);
   shape.name = "ball";
   shape.shape = collision::Sphere{.radius = kBall};
-  shape.body = ball;
   shape.X_BS = {};
-  held.definition.shapes.push_back(shape);
-  held.definition.excluded = {{trunk, ball}};
+  for (std::size_t k = 0; k < hands.size(); ++k) {
+    const Eigen::Vector3d place(0.1 + kAlong[k] * kLength, 0.0, kSide[k] * (kRadius + kBall + kGap));
+    shape.body = add("ball", -1, place, 0.05, kBall);
+    held.definition.shapes.push_back(shape);
+    held.definition.excluded.emplace_back(trunk, shape.body);
+    held.pointers.push_back({.pointer = static_cast<int>(k),
+                             .port = {.body = shape.body, .point = Eigen::Vector3d::Zero()},
+                             .orientation = Eigen::Quaterniond::Identity(),
+                             .gains = hands[k],
+                             .touches = true});
+  }
   dynamics::Coupling pin{.body = trunk, .stiffness = 1e5, .damping = 300.0};
   pin.angular_stiffness = 1e3;
   pin.angular_damping = 5.0;
   held.pins.push_back(pin);
-  held.pointers.push_back({.port = {.body = ball, .point = Eigen::Vector3d::Zero()},
-                           .orientation = Eigen::Quaterniond::Identity(),
-                           .gains = gains,
-                           .touches = true});
   held.start = initial_state(dynamics::Model(model));
   return held;
 }

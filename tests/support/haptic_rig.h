@@ -95,9 +95,10 @@ class MultirateRig : public HapticRig {
 /// The doll of 52 joints as it hangs at rest, one or two hands holding its wrists.
 [[nodiscard]] HeldScene held_doll(int hands, const haptics::CouplingGains& gains);
 
-/// A limb on a sprung joint, and a ball in front of its tip that a touch pointer moves: no gravity. The tip can be
-/// pushed along -z.
-[[nodiscard]] HeldScene touched_limb(const haptics::CouplingGains& gains);
+/// A limb on a sprung joint, and a ball for each of one or two hands that a touch pointer moves: no gravity. The first
+/// hand's is above the tip, which it can push along -z; the second's below the limb's middle, which it can push along
+/// z.
+[[nodiscard]] HeldScene touched_limb(const std::vector<haptics::CouplingGains>& hands);
 
 /// Where the held frame of pointer k is at the scene's start.
 [[nodiscard]] haptics::CouplingTarget held_pose(const HeldScene& held, int k);

@@ -10,7 +10,7 @@ namespace {
 using testing::allocation_count;
 
 TEST(Allocations, TickHandOverAndPassivity_AreNone) {
-  const testing::HeldScene held = testing::touched_limb({.stiffness = 800.0, .damping = 4.0});
+  const testing::HeldScene held = testing::touched_limb({{.stiffness = 800.0, .damping = 4.0}});
   CouplingTarget target = testing::held_pose(held, 0);
   target.position.z() -= 0.006;
   const std::vector<testing::Hand> hand{[&](double) { return target; }};

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "random_contacts.h"
 
@@ -12,13 +13,19 @@ namespace {
 constexpr double kDeepestDip = 1e-3;
 
 TEST(HandOver, RandomContacts_MakeNoEnergy) {
-  for (const double physics_hz : {100.0, 500.0}) {
-    const testing::ContactEnergy found = testing::run_random_contacts(500, physics_hz, 1000.0);
-    EXPECT_GE(found.contacts, 500);
-    EXPECT_GE(found.taken_in, 0.0) << "the hand gets out no more than it put in";
-    EXPECT_GE(found.lowest_hand_over, -kDeepestDip);
-    EXPECT_EQ(found.unsolved, 0);
-    EXPECT_LE(found.overbooked, 0.0) << "no step lost less than was booked of it";
+  for (const int hands : {1, 2}) {
+    for (const double physics_hz : {100.0, 500.0}) {
+      SCOPED_TRACE(std::to_string(hands) + " hands, physics at " + std::to_string(physics_hz) + " Hz");
+      const testing::ContactEnergy found = testing::run_random_contacts(hands, 500, physics_hz, 1000.0);
+      EXPECT_GE(found.contacts, 500);
+      if (hands > 1) {
+        EXPECT_GT(found.together, found.contacts / 10) << "both touch at once, too";
+      }
+      EXPECT_GE(found.taken_in, 0.0) << "the hands get out no more than they put in";
+      EXPECT_GE(found.lowest_hand_over, -kDeepestDip);
+      EXPECT_EQ(found.unsolved, 0);
+      EXPECT_LE(found.overbooked, 0.0) << "no step lost less than was booked of it";
+    }
   }
 }
 

@@ -166,7 +166,7 @@ TEST(LocalDynamics, TwoHands_EachFeelsTheOtherThroughTheDoll) {
 }
 
 TEST(LocalDynamics, Touch_PushesAsTheFullModelDoes) {
-  const HeldScene held = testing::touched_limb({.stiffness = 800.0, .damping = 4.0});
+  const HeldScene held = testing::touched_limb({{.stiffness = 800.0, .damping = 4.0}});
   const std::vector<Hand> hand{moved(testing::held_pose(held, 0), {0.0, 0.0, -0.012}, 0.2)};
   const Difference found = compare(held, hand, 1000.0, 0.5);
   EXPECT_GT(found.largest, 1.0) << "it has been touched";
@@ -174,7 +174,7 @@ TEST(LocalDynamics, Touch_PushesAsTheFullModelDoes) {
 }
 
 TEST(LocalDynamics, TouchThatLeaves_DropsOutAtOnce) {
-  const HeldScene held = testing::touched_limb({.stiffness = 800.0, .damping = 4.0});
+  const HeldScene held = testing::touched_limb({{.stiffness = 800.0, .damping = 4.0}});
   const CouplingTarget home = testing::held_pose(held, 0);
   const Hand pressed = moved(home, {0.0, 0.0, -0.012}, 0.2);
   const Hand left = [&](double time) {
@@ -199,7 +199,7 @@ TEST(LocalDynamics, TouchThatLeaves_DropsOutAtOnce) {
 }
 
 TEST(LocalDynamics, Friction_HoldsWithinTheCone) {
-  const HeldScene held = testing::touched_limb({.stiffness = 800.0, .damping = 4.0});
+  const HeldScene held = testing::touched_limb({{.stiffness = 800.0, .damping = 4.0}});
   const CouplingTarget home = testing::held_pose(held, 0);
   const double depth = -0.012;
   for (const double share : {0.6, 1.6}) {
