@@ -11,6 +11,7 @@
 #include "layfigure/device/open.h"
 #include "layfigure/device/simulated_spidar.h"
 #include "spidar_faults.h"
+#include "time_to_no_force.h"
 
 namespace layfigure::device {
 namespace {
@@ -88,6 +89,7 @@ void expect_no_force_in_time(double rate_hz, const SpidarFault& fault) {
   fault.begin(ticked.faults(), ticked.spidar());
   const double begin = ticked.time();
   double shown = fault.at_once ? begin : INFINITY;
+  double none = begin;  // from when on there was no force
   double before = ticked.sent().force.norm();
   const double watched = std::min(kWatched, fault.lasts - 2.0 * ticked.tick_length());
   while (ticked.time() < begin + watched) {
@@ -99,6 +101,7 @@ void expect_no_force_in_time(double rate_hz, const SpidarFault& fault) {
       ASSERT_LE(ticked.sent().force.norm(), before) << "it falls, " << since << " s after the fault";
     }
     before = ticked.sent().force.norm();
+    if (!ticked.sent().is_zero()) none = ticked.time() + ticked.tick_length();
     if (since < kDeadline) continue;
     ASSERT_TRUE(ticked.sent().is_zero()) << ticked.sent().force.transpose() << ", " << since << " s after the fault";
     if (since > kDeadline + kLag) {
@@ -107,6 +110,7 @@ void expect_no_force_in_time(double rate_hz, const SpidarFault& fault) {
   }
   EXPECT_LT(shown, begin + watched - kDeadline) << "it was there to be seen";
   EXPECT_NE(ticked.report().fault, Fault::kNone);
+  testing::tell_time_to_no_force(fault.name + (" at " + std::to_string(std::lround(rate_hz)) + " Hz"), none - shown);
   ticked.faults() = {};
   ticked.run(0.8);
   EXPECT_EQ(ticked.report().fault, Fault::kNone) << "and all is well again";
@@ -173,14 +177,18 @@ TEST(DeviceFaults, TicksThatComeLate_NoForceAtTheFirstThatIs) {
     const double begin = ticked.time() - pause;
     const double end = ticked.time() + 0.04;
     ticked.tick();
+    double none = ticked.time();
     EXPECT_EQ(ticked.report().fault, Fault::kLate) << pause;
     for (; ticked.time() < end; ticked.tick()) {
+      if (!ticked.sent().is_zero()) none = ticked.time() + ticked.tick_length();
       if (ticked.time() - begin >= kDeadline) {
         ASSERT_TRUE(ticked.sent().is_zero()) << pause << ", " << ticked.time() - begin;
       } else {
         ASSERT_LT(ticked.sent().force.norm(), before) << pause;
       }
     }
+    const double late = begin + pause + ticked.tick_length();
+    testing::tell_time_to_no_force("tick that comes late by " + std::to_string(pause) + " s", none - late);
   }
 }
 
@@ -193,13 +201,16 @@ TEST(DeviceFaults, WrenchThatIsNone_NoForceWithinTenMillisecondsTickByTick) {
       Wrench wrench = kPush;
       (in_torque ? wrench.torque : wrench.force).y() = bad;
       const double begin = ticked.time();
+      double none = begin;
       while (ticked.time() < begin + 0.1) {
         ticked.tick(wrench);
         ASSERT_TRUE(ticked.sent().is_finite());
+        if (!ticked.sent().is_zero()) none = ticked.time() + ticked.tick_length();
         if (ticked.time() - begin >= kDeadline) {
           ASSERT_TRUE(ticked.sent().is_zero()) << bad;
         }
       }
+      testing::tell_time_to_no_force("wrench of " + std::to_string(bad), none - begin);
     }
   }
 }

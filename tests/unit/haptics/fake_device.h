@@ -18,19 +18,25 @@ class FakeDriver : public device::Driver {
     reading.status = device::Reading::Status::kOk;
   }
   [[nodiscard]] const device::Info& info() const noexcept override { return info_; }
-  [[nodiscard]] device::Reading read(double) noexcept override {
+  [[nodiscard]] device::Reading read(double now) noexcept override {
+    time = now;
     device::Reading told_now = reading;
     tremor = -tremor;
     told_now.position.x() += tremor;
     return told_now;
   }
-  void write(const device::Wrench& wrench) noexcept override { told = wrench; }
+  void write(const device::Wrench& wrench) noexcept override {
+    told = wrench;
+    if (!wrench.is_zero()) pushed_at = time;
+  }
   [[nodiscard]] device::Wrench exerted() const noexcept override { return told; }
   void close() noexcept override { told = {}; }
 
   device::Reading reading;
   device::Wrench told;
-  double tremor{0.0};  ///< [m] to either side: a guard takes a hand without any under a push for a frozen device
+  double time{0.0};       ///< [s] of the last tick
+  double pushed_at{0.0};  ///< [s] the last tick in which it was told of a force
+  double tremor{0.0};     ///< [m] to either side: a guard takes a hand without any under a push for a frozen device
 
  private:
   device::Info info_;

@@ -17,6 +17,7 @@
 #include "pinched_doll.h"
 #include "small_doll.h"
 #include "spidar_faults.h"
+#include "time_to_no_force.h"
 
 namespace layfigure::haptics {
 namespace {
@@ -367,6 +368,7 @@ TEST(HapticLoop, EveryFaultOfASpidarBetweenSteps_NoForceWithinTenMillisecondsTic
     EXPECT_GT(spidar.first_force(), 0.01);
     EXPECT_TRUE(spidar.has_shown());
     EXPECT_LT(spidar.last_force(), kSafeWithin);
+    testing::tell_time_to_no_force(fault.name, spidar.last_force() + 1.0 / (40.0 * kPhysicsRate));
     EXPECT_NE(rig.devices.seen(0).report.last_fault, device::Fault::kNone);
     EXPECT_TRUE(rig.tip().allFinite());
   }
@@ -387,9 +389,11 @@ TEST(HapticLoop, PoseIsNotFiniteOrDeviceGone_NoForceWithinTenMilliseconds) {
     ASSERT_GT(fake.told.force.norm(), 0.05);
     if (gone) fake.reading.status = device::Reading::Status::kGone;
     if (!gone) fake.reading.position.x() = std::nan("");
+    const double begin = fake.time + kTick;  // the first tick that reads it
     rig.pass(kSafeWithin + kTick);
     EXPECT_TRUE(fake.told.is_zero()) << fake.told.force.transpose();
     EXPECT_EQ(rig.devices.seen(0).report.fault, gone ? device::Fault::kGone : device::Fault::kNotFinite);
+    testing::tell_time_to_no_force(gone ? "disconnect" : "pose not finite", fake.pushed_at + kTick - begin);
     rig.pass(0.5);
     EXPECT_TRUE(rig.tip().allFinite());
   }
@@ -439,6 +443,7 @@ TEST(HapticLoop, PhysicsStalls_NoForceWithinTenMillisecondsOfItsAnswersTime) {
   while (time < asked + kTicks * kTick + kSafeWithin) run_tick();
   EXPECT_TRUE(fake.told.is_zero()) << fake.told.force.transpose();
   EXPECT_EQ(devices.seen(0).report.fault, device::Fault::kStalled);
+  testing::tell_time_to_no_force("an answer of physics that is due", fake.pushed_at + kTick - (asked + kTicks * kTick));
   for (int k = 0; k < 200; ++k) {
     answer();
     while (!loop.has_report()) run_tick();
