@@ -65,6 +65,7 @@ void tell_play(const HapticsEffort& effort, std::vector<Figure>& figures) {
   figures.push_back({name + "deepest dip of the hand-over", -play.lowest_hand_over, "J", kDeepestDip});
   figures.push_back({name + "contacts", static_cast<double>(play.contacts), ""});
   figures.push_back({name + "grabs", static_cast<double>(play.grabs), ""});
+  figures.push_back({name + "both on the doll at once", play.together, "s"});
 }
 
 }  // namespace layfigure::bench

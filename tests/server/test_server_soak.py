@@ -9,7 +9,10 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import subprocess
+import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -26,6 +29,11 @@ FOUND = 66  # exit code of a server in which something was found
 # So slow a server steps less often; what it does in a step is the same.
 OPTIONS = ("--broker", "0", "--physics-hz", "100", "--pose-hz", "50")
 MAX_GROWTH_MB = 24.0  # of the resident memory after the first fifth: what can be undone, and the heap's spread
+# Two hands that are served between steps, and a device whose process comes and goes.
+DEVICE_OPTIONS = ("--broker", "0", "--physics-hz", "1000", "--haptic-hz", "4000", "--pose-hz", "50")
+DEVICES = ("--device", "spidar-g6", "--device", "spidar-g6", "--device", "lcm")
+LCM_DEVICE = REPOSITORY / "assets/lcm_device.py"
+DEVICE_LIFE_S = 5.0
 BONES = ("hand.L", "hand.R", "foot.L", "head", "chest")
 
 
@@ -69,12 +77,29 @@ def use(client: Client, connect: Connect, server: ServerProcess, seconds: float,
     return commands
 
 
-def soak(command: list[str], environment: dict[str, str], connect: Connect) -> str:
+def use_while_a_device_is_killed(client: Client, connect: Connect, server: ServerProcess, seconds: float) -> int:
+    """The same, while a device's process is started, killed and started again."""
+    commands = 0
+    lives = max(1, round(seconds / DEVICE_LIFE_S))
+    for life in range(lives):
+        device = subprocess.Popen([sys.executable, LCM_DEVICE, "--lcm-url", server.url], stdout=subprocess.DEVNULL)
+        try:
+            commands += use(client, connect, server, seconds / lives, seed=life)
+        finally:
+            device.kill()
+            device.wait()
+    return commands
+
+
+Use = Callable[[Client, Connect, ServerProcess, float], int]
+
+
+def soak(command: list[str], environment: dict[str, str], connect: Connect, use_it: Use = use) -> str:
     """Runs the server in use; returns what it wrote, after it has left by itself."""
     with ServerProcess(command, environment) as server:
         client = connect(server)
         client.timeout_s = PATIENCE_S
-        assert use(client, connect, server, SECONDS) > 0
+        assert use_it(client, connect, server, SECONDS) > 0
         client.command("shutdown")
         _, log = server.process.communicate(timeout=PATIENCE_S)
         assert server.process.returncode == 0, log
@@ -121,9 +146,16 @@ def test_soak_under_valgrind_finds_no_memory_error_and_no_leak(binary: Path, cha
 
 
 @pytest.mark.slow
-def test_soak_under_thread_sanitizer_finds_no_race(character: Path, connect: Connect) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "use_it"),
+    [(OPTIONS, use), ((*DEVICE_OPTIONS, *DEVICES), use_while_a_device_is_killed)],
+    ids=["clients", "devices"],
+)
+def test_soak_under_thread_sanitizer_finds_no_race(
+    character: Path, connect: Connect, arguments: tuple[str, ...], use_it: Use
+) -> None:
     if not TSAN_SERVER.is_file():
         pytest.skip("needs a server of the preset tsan: cmake --preset tsan, then build layfigure-server")
     options = f"exitcode={FOUND} suppressions={TSAN_SUPPRESSIONS}"
-    log = soak([str(TSAN_SERVER), str(character), *OPTIONS], {"TSAN_OPTIONS": options}, connect)
+    log = soak([str(TSAN_SERVER), str(character), *arguments], {"TSAN_OPTIONS": options}, connect, use_it)
     assert "WARNING: ThreadSanitizer" not in log

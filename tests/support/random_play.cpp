@@ -140,12 +140,16 @@ class Player {
   }
 
   void observe() {
+    int busy = 0;
     for (int k = 0; k < kHands; ++k) {
-      const auto& fingertip = hands_.pointers().at(k).fingertip();
+      const haptics::Pointer& pointer = hands_.pointers().at(k);
+      const auto& fingertip = pointer.fingertip();
       const bool touches = fingertip && fingertip->touched.contact;
       if (touches && !touched_[k]) ++play_.contacts;
       touched_[k] = touches;
+      if (touches || pointer.tool() == Tool::kGrab) ++busy;
     }
+    if (busy == kHands) play_.together += h_;
   }
 
   Play& play_;

@@ -10,6 +10,7 @@ struct Play {
   double rise{0.0};    ///< of the force in a tick, likewise
   long contacts{0};    ///< that fingertips began
   long grabs{0};
+  double together{0.0};          ///< for how long both hands held or touched the doll at once [s]
   long failures{0};              ///< steps that failed, or left what is not finite
   double lowest_hand_over{0.0};  ///< of the hand-over's ledger [J]
 };
