@@ -3,7 +3,7 @@
     python measured_record.py FIGURES.json RECORD_ARGUMENT...
 
 `saves`: of the working file, and `export`: of the USD files in the end, each of wall-clock time and of CPU time [s].
-`memory_kb`: what is resident at each save, `peak_kb`: the most that ever was.
+`memory_kb`: what is resident at each save, `poses`: how many there were, `peak_kb`: the most memory that ever was.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from layfigure.cli import main, record
+from layfigure.take import TakeBuilder
 from layfigure.usd.working_file import WorkingFile
 
 
@@ -25,14 +26,16 @@ def resident_kb() -> int:
     return pages * resource.getpagesize() // 1024
 
 
-def timed(function: Callable[..., Any], costs: list[tuple[float, float]], after: Callable[[], None]) -> Any:
+def timed(function: Callable[..., Any], costs: list[tuple[float, float]], after: Callable[..., None]) -> Any:
+    """`after` is told the arguments."""
+
     def call(*arguments: Any) -> Any:
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             return function(*arguments)
         finally:
             costs.append((time.perf_counter() - wall, time.process_time() - cpu))
-            after()
+            after(*arguments)
 
     return call
 
@@ -41,11 +44,23 @@ def run(figures: Path, arguments: list[str]) -> int:
     saves: list[tuple[float, float]] = []
     exports: list[tuple[float, float]] = []
     memory: list[int] = []
-    WorkingFile._save = timed(WorkingFile._save, saves, lambda: memory.append(resident_kb()))  # type: ignore[method-assign]
-    record.write = timed(record.write, exports, lambda: None)
+    poses: list[int] = []
+
+    def note(_: WorkingFile, builder: TakeBuilder) -> None:
+        memory.append(resident_kb())
+        poses.append(builder.pose_count)
+
+    WorkingFile._save = timed(WorkingFile._save, saves, note)  # type: ignore[method-assign]
+    record.write = timed(record.write, exports, lambda *_: None)
     code = main.main(["record", *arguments])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    told = {"saves": saves, "export": exports[-1] if exports else None, "memory_kb": memory, "peak_kb": peak}
+    told = {
+        "saves": saves,
+        "export": exports[-1] if exports else None,
+        "memory_kb": memory,
+        "poses": poses,
+        "peak_kb": peak,
+    }
     figures.write_text(json.dumps(told))
     return code
 

@@ -41,6 +41,8 @@ MAX_JOINTS = 100_000
 _SPIDAR_LENGTHS, _SPIDAR_POSE, _SPIDAR_REJECTED = 0, 1, 2  # kinds of a spidar_state_t
 _SPIDAR_TENSIONS = 0  # kind of a spidar_command_t
 _UNIT_TOLERANCE = 1e-3  # a quaternion or normal further from unit length is no rounding error
+_POSE_HEAD = struct.Struct(">8siqqqqq3di")  # of pose_t, up to its arrays
+_POSE_JOINT_BYTES = 8 * (4 + 4) + 4 * 3 + 1
 _WRAPS = frozenset({"repeat", "clamp", "mirror"})
 _Item = TypeVar("_Item")
 
@@ -182,18 +184,29 @@ def _check_wedges(mesh: Mesh) -> None:
 
 
 def decode_pose(data: bytes) -> Pose:
-    raw = _decode(messages.pose_t, data)
+    """As pose_t's own decoder, which takes half a millisecond for the numbers of 60 joints, one by one: they are arrays
+    here from the beginning."""
+    if len(data) < _POSE_HEAD.size or data[:8] != messages.pose_t._get_packed_fingerprint():
+        raise _not_whole("pose_t", data)
+    _, version, time_us, server_id, content_hash, sequence, step, *root, joints = _POSE_HEAD.unpack_from(data)
+    if version != PROTOCOL_VERSION:
+        raise _other_version("pose_t", version)
+    if joints < 0 or len(data) < _POSE_HEAD.size + _POSE_JOINT_BYTES * joints:
+        raise _not_whole("pose_t", data)
+    rests = _POSE_HEAD.size + 32 * joints
+    torques = rests + 32 * joints
+    yielded = torques + 12 * joints
     return Pose(
-        time_us=raw.time_us,
-        server_id=raw.server_id,
-        content_hash=raw.content_hash,
-        sequence=raw.sequence,
-        step=raw.step,
-        root_translation=_finite(raw.root_translation, "root_translation"),
-        rotations=_rotations(raw.rotations, "rotations").reshape(-1, 4),
-        rest_rotations=_rotations(raw.rest_rotations, "rest_rotations").reshape(-1, 4),
-        torques=_finite(raw.torques, "torques").reshape(-1, 3),
-        yielded=np.array(raw.yielded, np.bool_),
+        time_us=time_us,
+        server_id=server_id,
+        content_hash=content_hash,
+        sequence=sequence,
+        step=step,
+        root_translation=_finite(root, "root_translation"),
+        rotations=_rotations(np.frombuffer(data, ">f8", 4 * joints, _POSE_HEAD.size).reshape(-1, 4), "rotations"),
+        rest_rotations=_rotations(np.frombuffer(data, ">f8", 4 * joints, rests).reshape(-1, 4), "rest_rotations"),
+        torques=_finite(np.frombuffer(data, ">f4", 3 * joints, torques).reshape(-1, 3), "torques"),
+        yielded=np.frombuffer(data, np.uint8, joints, yielded) != 0,
     )
 
 
@@ -315,10 +328,18 @@ def _decode(message_type: Any, data: bytes, versioned: bool = True) -> Any:
     try:
         raw = message_type.decode(data)
     except (ValueError, struct.error, AssertionError, IndexError, MemoryError) as error:
-        raise ProtocolError(f"not a whole {name} of this version ({len(data)} bytes)") from error
+        raise _not_whole(name, data) from error
     if versioned and raw.protocol_version != PROTOCOL_VERSION:
-        raise ProtocolError(f"{name} of protocol version {raw.protocol_version}, expected {PROTOCOL_VERSION}")
+        raise _other_version(name, raw.protocol_version)
     return raw
+
+
+def _not_whole(name: str, data: bytes) -> ProtocolError:
+    return ProtocolError(f"not a whole {name} of this version ({len(data)} bytes)")
+
+
+def _other_version(name: str, version: int) -> ProtocolError:
+    return ProtocolError(f"{name} of protocol version {version}, expected {PROTOCOL_VERSION}")
 
 
 def _finite(values: Any, name: str) -> Floats:

@@ -14,7 +14,7 @@ def multiply(a: Floats, b: Floats) -> Floats:
     """The product a b: first b, then a."""
     aw, ax, ay, az = _components(a)
     bw, bx, by, bz = _components(b)
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product = _result(a, np.broadcast_shapes(a.shape, b.shape))
     product[..., 0] = aw * bw - ax * bx - ay * by - az * bz
     product[..., 1] = aw * bx + ax * bw + ay * bz - az * by
     product[..., 2] = aw * by - ax * bz + ay * bw + az * bx
@@ -116,13 +116,18 @@ def in_one_hemisphere(q: Floats) -> Floats:
     return np.asarray(q * signs[..., None], np.float64)
 
 
+def _result(like: Floats, shape: tuple[int, ...]) -> Floats:
+    """Empty, in the same order in memory: of arrays that are kept component by component it is so, too."""
+    return np.empty_like(like, np.float64, shape=shape)
+
+
 def _components(q: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     return q[..., 0], q[..., 1], q[..., 2], q[..., 3]
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
     """np.cross of vectors (..., 3), which spends more on finding out what it was given than on the product."""
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product = _result(a, np.broadcast_shapes(a.shape, b.shape))
     product[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     product[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     product[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -45,10 +45,25 @@ def generations(character: Character) -> list[tuple[Indices, Indices]]:
 def compose(
     generations: list[tuple[Indices, Indices]], translations: Floats, rotations: Floats
 ) -> tuple[Floats, Floats]:
-    """World rotations and positions of local translations (F, J, 3) and rotations (F, J, 4)."""
-    world_rotations, positions = rotations.copy(), translations.copy()
+    """World rotations and positions of local translations (F, J, 3) and rotations (F, J, 4).
+
+    In memory the frames of a component are side by side, in and out: what is reckoned for all of them goes through the
+    memory in its order, which takes half the time.
+    """
+    world_rotations, positions = _by_component(rotations), _by_component(translations)
     for joints, above in generations:
-        carriers = world_rotations[:, above]
-        world_rotations[:, joints] = rotation.multiply(carriers, rotations[:, joints])
-        positions[:, joints] = positions[:, above] + rotation.rotate(carriers, translations[:, joints])
+        carriers = _of_joints(world_rotations, above)
+        carried = rotation.rotate(carriers, _of_joints(positions, joints))
+        world_rotations.T[:, joints] = rotation.multiply(carriers, _of_joints(world_rotations, joints)).T
+        positions.T[:, joints] = (_of_joints(positions, above) + carried).T
     return world_rotations, positions
+
+
+def _by_component(values: Floats) -> Floats:
+    """A copy of (F, J, C) whose frames are side by side in memory."""
+    return np.array(values.T, order="C").T
+
+
+def _of_joints(values: Floats, joints: Indices) -> Floats:
+    """values[:, joints], in the same order in memory."""
+    return values.T[:, joints].T

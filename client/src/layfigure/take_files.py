@@ -1,7 +1,7 @@
 """The files of a take while it is recorded, and what becomes of them.
 
     OUT.recording.lcmlog   every message as it was received; becomes OUT.lcmlog when the take is finished
-    OUT.recording.usdc     the take so far, saved once a second; gone when the take is finished
+    OUT.recording.usdc     the take so far, saved now and then; gone when the take is finished
 
 Those that a killed recorder left behind are set aside as OUT.cut-off-1.lcmlog and OUT.cut-off-1.usdc, or under the next
 free number, never overwritten.

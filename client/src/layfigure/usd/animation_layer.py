@@ -94,9 +94,16 @@ def set_samples(attribute: Any, codes: Iterable[Any], samples: list[Any]) -> Non
     if all(sample == samples[0] for sample in samples):
         attribute.Set(samples[0])
         return
+    add_samples(attribute, codes, samples)
+
+
+def add_samples(attribute: Any, codes: Iterable[Any], samples: list[Any]) -> None:
+    """Of an attribute in its stage's root layer, of the attribute's very type: by the layer, as Attribute.Set() takes
+    twice as long for one."""
+    layer, path = attribute.GetStage().GetRootLayer(), attribute.GetPath()
     with Sdf.ChangeBlock():  # nobody listens to each of them
         for code, sample in zip(codes, samples, strict=True):
-            attribute.Set(sample, float(code))
+            layer.SetTimeSample(path, float(code), sample)
 
 
 def _write_yield_events(prim: Any, take: Take, fps: float) -> None:

@@ -14,20 +14,25 @@ from layfigure.protocol import Character, Mesh
 from layfigure.resample import Between, frame_times_us
 from layfigure.take import TakeBuilder
 from layfigure.usd import values
-from layfigure.usd.animation_layer import define_animation
+from layfigure.usd.animation_layer import add_samples, define_animation
 from layfigure.usd.character_layer import set_stage_units, write_character
 from layfigure.usd.failures import reason
 from layfigure.usd.textures import named_textures
 
-SAVE_EVERY_US = 1_000_000  # of simulation time
+SAVE_EVERY_US = 250_000  # of simulation time
+_LONGEST_TAIL = 0.005  # of the take that is not saved yet: see WorkingFile
 
 _logger = logging.getLogger(__name__)
 
 
 class WorkingFile:
     """Every frame of every joint, whatever is made of the take in the end. A crate file is saved by appending to it, so
-    a save costs what has come since the last one. One that cannot be written is given up, with a warning: the event log
-    holds all that it would."""
+    a save costs what has come since the last one, and 24 bytes for each frame that there is: a table of where they are
+    is written anew. Were saves as close in a long take as in a short one, these tables would fill the disk, with the
+    square of its length; they are a share of the take apart, so that they take 24 / 0.005 = 4800 bytes for each frame,
+    no more than its pose in the event log of a doll of 60 joints.
+
+    A file that cannot be written is given up, with a warning: the event log holds all that it would."""
 
     def __init__(self, path: Path, character: Character, meshes: tuple[Mesh, ...], fps: float) -> None:
         self.path = path
@@ -47,19 +52,20 @@ class WorkingFile:
             write_character(self._stage, character, meshes, named_textures(character, meshes, path))
             self._animation = define_animation(self._stage, character)
             self._rest()
-            self._save()
+            self._write()
         except Tf.ErrorException as error:
             self._give_up(error)
 
     def update(self, builder: TakeBuilder) -> None:
-        """Takes the poses that have come; saves now and then."""
+        """Now and then, saves the poses that have come."""
         if self._stage is None or builder.pose_count == 0:
             return
+        now_us = round(builder.duration_s * 1e6)
+        if now_us < self._saved_us + max(SAVE_EVERY_US, _LONGEST_TAIL * now_us):
+            return
+        self._saved_us = now_us
         try:
-            self._append(builder)
-            if builder.duration_s * 1e6 >= self._saved_us + SAVE_EVERY_US:
-                self._saved_us = round(builder.duration_s * 1e6)
-                self._save()
+            self._save(builder)
         except Tf.ErrorException as error:
             self._give_up(error)
 
@@ -75,6 +81,10 @@ class WorkingFile:
         self._animation.GetRotationsAttr().Set(rotations)
         self._animation.GetTranslationsAttr().Set(values.vec3f_array([joint.rest_translation for joint in joints]))
 
+    def _save(self, builder: TakeBuilder) -> None:
+        self._append(builder)
+        self._write()
+
     def _append(self, builder: TakeBuilder) -> None:
         motion = builder.motion_since(self._poses)
         wanted_us = frame_times_us(motion.times_us, self._fps, self._frames)
@@ -83,14 +93,13 @@ class WorkingFile:
         between = Between(motion.times_us, wanted_us)
         translations = skeleton.local_translations(self._character, between.linear(motion.root_translations))
         rotations = between.spherical(motion.rotations)
-        for code in range(len(wanted_us)):
-            frame = float(self._frames + code)
-            self._animation.GetRotationsAttr().Set(values.quatf_array(rotations[code]), frame)
-            self._animation.GetTranslationsAttr().Set(values.vec3f_array(translations[code]), frame)
+        codes = range(self._frames, self._frames + len(wanted_us))
+        add_samples(self._animation.GetRotationsAttr(), codes, values.quatf_arrays(rotations))
+        add_samples(self._animation.GetTranslationsAttr(), codes, values.vec3f_arrays(translations))
         self._frames += len(wanted_us)
         self._poses += int(np.searchsorted(motion.times_us, wanted_us[-1], side="right")) - 1
 
-    def _save(self) -> None:
+    def _write(self) -> None:
         self._stage.SetEndTimeCode(max(self._frames - 1.0, 0.0))
         self._stage.GetRootLayer().Save()
 
