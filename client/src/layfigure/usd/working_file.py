@@ -19,7 +19,7 @@ from layfigure.usd.character_layer import set_stage_units, write_character
 from layfigure.usd.failures import reason
 from layfigure.usd.textures import named_textures
 
-SAVE_EVERY_US = 250_000  # of simulation time
+SAVE_EVERY_US = 100_000  # of simulation time: the fewer frames a save has, the shorter it holds the messages up
 _LONGEST_TAIL = 0.005  # of the take that is not saved yet: see WorkingFile
 
 _logger = logging.getLogger(__name__)
