@@ -19,6 +19,7 @@ from .live import posed_armature, sentence
 from .operators_keys import frames_per_second, write_tracks
 from .pose_writing import bones_of
 from .rig import MisfitError
+from .root_carrier import kept_placement
 
 USD_SINCE = (4, 2, 0)  # Blender brings Python's bindings of USD, and the extension reads them, since this version
 
@@ -58,8 +59,9 @@ def import_take(context: bpy.types.Context, armature: bpy.types.Object, path: Pa
     take = take_reading.read_take(path, frames_per_second(context.scene))
     keyed, poses = take_reading.bone_poses(take, bones, np.array(armature.matrix_world, np.float64), armature.name)
     session = sessions.of(armature)
-    if session is not None and session.bones is not None:
-        poses = session.bones.placement @ poses  # where the doll is seen
+    has_doll = session is not None and session.bones is not None
+    placement = session.bones.placement if has_doll else kept_placement(armature)
+    poses = placement @ poses  # where the doll is seen, or was
     curves = BoneCurves.new(armature, path.stem)
     frames = context.scene.frame_start + np.arange(len(poses), dtype=np.float64)
     for pose in (armature.pose.bones[bones[b].name] for b in keyed):

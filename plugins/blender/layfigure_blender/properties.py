@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import IntProperty, PointerProperty, StringProperty
+from bpy.props import FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
 NO_PLACE = -1
+_IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
 
 
 class LayfigureObject(bpy.types.PropertyGroup):
@@ -15,6 +16,9 @@ class LayfigureObject(bpy.types.PropertyGroup):
     session: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]  # id of the session that it is posed by
     place: IntProperty(default=NO_PLACE, options={"HIDDEN"})  # type: ignore[valid-type]  # in the history of ...
     run: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]  # ... this run of a server
+    placement: FloatVectorProperty(  # type: ignore[valid-type]  # (4, 4) by rows: BoneMap.placement, outlives the session
+        size=16, default=_IDENTITY, options={"HIDDEN"}
+    )
 
 
 class LayfigureBone(bpy.types.PropertyGroup):

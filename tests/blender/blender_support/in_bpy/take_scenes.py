@@ -121,6 +121,8 @@ def record_of_a_live_doll_matches_its_preview(folder: Path) -> None:
     world.roll_bones(armature, 3)
     world.place(armature, 0.2, turned=True, parented=True)
     world.pose_at_random(armature, ["upper_arm.R", "chest"], 0.4, 5)
+    root = next(bone for bone in armature.pose.bones if bone.parent is None)
+    root.location = (0.3, -0.2, 0.1)  # the doll stands elsewhere than in its own world
     session = world.start(armature)
     link = session.link
     names = [bone.name for bone in session.bones.bones]
@@ -150,11 +152,22 @@ def record_of_a_live_doll_matches_its_preview(folder: Path) -> None:
     bpy.context.scene.frame_start = 1
     assert bpy.ops.layfigure.import_take(filepath=str(folder / "live.usda")) == {"FINISHED"}
     bpy.ops.layfigure.stop()
+    frames = frames_of(recording.take, [pose for pose, _ in seen])
+    shown = [matrices for _, matrices in seen]
+    require_seen(armature, names, shown, frames)
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "seen.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "seen.blend"))  # without a doll, but where it stood
+    armature = bpy.context.view_layer.objects.active
+    assert bpy.ops.layfigure.import_take(filepath=str(folder / "live.usda")) == {"FINISHED"}
+    require_seen(armature, names, shown, frames)
+
+
+def require_seen(armature: bpy.types.Object, names: list[str], seen: list[np.ndarray], frames: list[int]) -> None:
     worst = np.zeros(2)
-    for (_pose, expected), frame in zip(seen, frames_of(recording.take, [pose for pose, _ in seen]), strict=True):
+    for expected, frame in zip(seen, frames, strict=True):
         bpy.context.scene.frame_set(1 + frame)
         worst = np.maximum(worst, largest_differences(armature, expected, names))
-    path = np.array([expected[names.index("hand.L"), :3, 3] for _, expected in seen])
+    path = np.array([expected[names.index("hand.L"), :3, 3] for expected in seen])
     print(f"{len(seen)} poses: {worst[0]:.2e} m, {worst[1]:.2e} rad")
     assert np.ptp(path, axis=0).max() > 0.1 * MOVED  # in the armature's units, of which five are a metre
     assert worst[0] < PLACE_TOLERANCE
