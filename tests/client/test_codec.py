@@ -43,6 +43,40 @@ def test_decode_other_type_is_refused(name: str) -> None:
         decode(messages.argument_t().encode())
 
 
+@pytest.mark.parametrize("joints", [0, 1, 60])
+def test_decode_pose_reads_what_the_generated_type_reads(joints: int) -> None:
+    random = np.random.default_rng(joints)
+    turns = random.normal(size=(2, joints, 4))
+    turns /= np.linalg.norm(turns, axis=-1, keepdims=True)
+    message = synthetic.pose_message(7)
+    message.joint_count = joints
+    message.root_translation = random.normal(size=3).tolist()
+    message.rotations, message.rest_rotations = turns.tolist()
+    message.torques = random.normal(size=(joints, 3)).tolist()
+    message.yielded = (random.random(joints) < 0.5).tolist()
+    data = message.encode()
+    pose, generated = codec.decode_pose(data), messages.pose_t.decode(data)
+    for name in ("time_us", "server_id", "content_hash", "sequence", "step"):
+        assert getattr(pose, name) == getattr(generated, name)
+    for name, width in (("root_translation", 1), ("torques", 3), ("yielded", 1)):
+        wanted = np.array(getattr(generated, name)).reshape(getattr(pose, name).shape)
+        np.testing.assert_array_equal(getattr(pose, name), wanted)
+        assert getattr(pose, name).size == width * (3 if name == "root_translation" else joints)
+    for name in ("rotations", "rest_rotations"):  # of unit length to the last digit
+        wanted = np.array(getattr(generated, name)).reshape(-1, 4)
+        np.testing.assert_allclose(getattr(pose, name), wanted, rtol=0.0, atol=1e-15)
+        assert getattr(pose, name).shape == (joints, 4)
+
+
+@pytest.mark.parametrize("joints", [-1, 5, 2**31 - 1])
+def test_decode_pose_of_more_joints_than_it_has_is_refused(joints: int) -> None:
+    data = bytearray(synthetic.pose_message(3).encode())
+    count = 8 + 4 + 5 * 8 + 3 * 8  # after the fingerprint, the version, five numbers and the root's translation
+    data[count : count + 4] = joints.to_bytes(4, "big", signed=True)
+    with pytest.raises(ProtocolError, match="not a whole pose_t"):
+        codec.decode_pose(bytes(data))
+
+
 def set_field(message: object, path: str, value: object) -> None:
     *parents, last = path.split(".")
     for name in parents:

@@ -4,7 +4,10 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
 import pytest
 from client_support import synthetic
 from client_support.broker import Broker
@@ -21,10 +24,11 @@ from layfigure.connection import Connection
 from layfigure.errors import LayfigureError
 from layfigure.protocol import CHARACTER_CHANNEL, MESH_CHANNEL
 from layfigure.recorder import Recorder
+from layfigure.take import TakeBuilder
 from layfigure.take_collector import read_take
 from layfigure.take_files import finish_log, numbered, open_log
 from layfigure.usd.checks import check
-from layfigure.usd.working_file import WorkingFile
+from layfigure.usd.working_file import SAVE_EVERY_US, WorkingFile
 
 FORMS = {
     "every": [],
@@ -248,12 +252,32 @@ def test_working_file_is_a_whole_take_at_every_save(working: WorkingFile, tmp_pa
             assert check(copy).findings == ()
     stage = Usd.Stage.Open(str(copy))
     animation = UsdSkel.Animation(stage.GetPrimAtPath("/Synthetic_arm/Animation"))
-    assert stage.GetEndTimeCode() == 48.0
-    assert animation.GetRotationsAttr().GetTimeSamples() == [float(frame) for frame in range(49)]
+    pose_s = builder.motion_since(0).times_us[130] * 1e-6
+    last = stage.GetEndTimeCode()
+    assert 24.0 * (pose_s - 1e-6 * SAVE_EVERY_US) - 1.0 <= last <= 24.0 * pose_s
+    assert last > 30.0
+    assert animation.GetRotationsAttr().GetTimeSamples() == [float(frame) for frame in range(round(last) + 1)]
     written = [[q.GetReal(), *q.GetImaginary()] for q in animation.GetRotationsAttr().Get(30.0)]
     expected = synthetic.pose_rotations(30 / 24.0)
     for q, wanted in zip(written, expected, strict=True):
         assert abs(sum(a * b for a, b in zip(q, wanted, strict=True))) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_working_file_saves_of_a_long_take_are_a_share_of_it_apart(
+    working: WorkingFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved_s: list[float] = []
+    monkeypatch.setattr(working, "_save", lambda builder: saved_s.append(builder.duration_s))
+    hour = SimpleNamespace(pose_count=1)
+    for step in range(1, 3600 * 20):
+        hour.duration_s = 0.05 * step
+        working.update(cast(TakeBuilder, hour))
+    gaps = np.diff(saved_s)
+    assert gaps[:100].max() < 0.2
+    assert gaps.max() < 0.006 * 3600.0
+    frames = np.array(saved_s) * 240.0
+    assert 24.0 * frames.sum() < 1.1 * 4800.0 * frames[-1]  # bytes of tables, as the working file says
+    assert saved_s[-1] > 3600.0 * 0.99
 
 
 def test_working_file_is_set_aside_with_its_log(tmp_path: Path) -> None:
