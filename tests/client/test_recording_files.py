@@ -268,12 +268,13 @@ def test_working_file_saves_of_a_long_take_are_a_share_of_it_apart(
 ) -> None:
     saved_s: list[float] = []
     monkeypatch.setattr(working, "_save", lambda builder: saved_s.append(builder.duration_s))
+    monkeypatch.setattr(working, "_append", lambda builder: None)
     hour = SimpleNamespace(pose_count=1)
     for step in range(1, 3600 * 20):
         hour.duration_s = 0.05 * step
         working.update(cast(TakeBuilder, hour))
     gaps = np.diff(saved_s)
-    assert gaps[:100].max() < 0.2
+    assert gaps[:100].max() < 0.3
     assert gaps.max() < 0.006 * 3600.0
     frames = np.array(saved_s) * 240.0
     assert 24.0 * frames.sum() < 1.1 * 4800.0 * frames[-1]  # bytes of tables, as the working file says

@@ -19,7 +19,8 @@ from layfigure.usd.character_layer import set_stage_units, write_character
 from layfigure.usd.failures import reason
 from layfigure.usd.textures import named_textures
 
-SAVE_EVERY_US = 100_000  # of simulation time: the fewer frames a save has, the shorter it holds the messages up
+SAVE_EVERY_US = 250_000  # of simulation time
+_APPEND_EVERY_US = 50_000  # so that a save finds little to do, and what is done for each batch of frames is done seldom
 _LONGEST_TAIL = 0.005  # of the take that is not saved yet: see WorkingFile
 
 _logger = logging.getLogger(__name__)
@@ -41,6 +42,7 @@ class WorkingFile:
         self._frames = 0
         self._poses = 0  # of those that came, the last one that is in a frame, or just before it
         self._saved_us = 0
+        self._appended_us = 0
         self._stage: Any = None
         path.unlink(missing_ok=True)
         try:
@@ -57,15 +59,17 @@ class WorkingFile:
             self._give_up(error)
 
     def update(self, builder: TakeBuilder) -> None:
-        """Now and then, saves the poses that have come."""
+        """Takes the poses that have come, and saves, now and then."""
         if self._stage is None or builder.pose_count == 0:
             return
         now_us = round(builder.duration_s * 1e6)
-        if now_us < self._saved_us + max(SAVE_EVERY_US, _LONGEST_TAIL * now_us):
-            return
-        self._saved_us = now_us
         try:
-            self._save(builder)
+            if now_us >= self._saved_us + max(SAVE_EVERY_US, _LONGEST_TAIL * now_us):
+                self._saved_us = self._appended_us = now_us
+                self._save(builder)
+            elif now_us >= self._appended_us + _APPEND_EVERY_US:
+                self._appended_us = now_us
+                self._append(builder)
         except Tf.ErrorException as error:
             self._give_up(error)
 
