@@ -6,6 +6,11 @@ rotations, and of the root's translations, with weights that grow where a vertex
 the skin in every frame. Where it does not hold the tolerance, keys are chosen anew, with one that is less loose there,
 until it holds everywhere. That takes some five fits, each of at most ROUNDS steps, of 0.1 ms of CPU time a frame each
 for 50 joints and 13 000 vertices: up to 15 ms for a frame in all.
+
+How few keys there can be, whatever their values: an interval cannot hold the tolerance if, with some weights, the least
+weighted mean square of what its vertices are off exceeds the tolerance's square, for the largest error is no less. Of
+the demo's take at 24 fps, 205 frames, that leaves no fewer than 67 keys at frames for 0.5 mm, where 86 are found: in a
+frame joints turn by 3 degrees, whose bends are above the tolerance. At 60 fps a smaller share of the frames are keys.
 """
 
 from __future__ import annotations
