@@ -141,12 +141,61 @@ class LAYFIGURE_OT_record(bpy.types.Operator):
         recording = Recording(frames_per_second(context.scene))
         _recordings[session.id] = Running(recording, session.armature().name, session.bones)
         note_frame(recording, session, context.scene)
-        if context.screen is not None:
+        if context.window is not None:
             if not context.screen.is_animation_playing:
                 bpy.ops.screen.animation_play()
-            if not bpy.app.timers.is_registered(watch_playback):
-                bpy.app.timers.register(watch_playback, first_interval=WATCH_INTERVAL_S)
+            if LAYFIGURE_OT_record_watch.timer is None:
+                bpy.ops.layfigure.record_watch("INVOKE_DEFAULT")
         return {"FINISHED"}
+
+
+class LAYFIGURE_OT_record_watch(bpy.types.Operator):
+    """End recordings with the playback, or where their frames end.
+
+    An operator, since what ends them are operators that need a window. A timer of bpy.app has none, and could only be
+    lent one by temp_override(): under that Blender asks Python for each member of its context while the call of the
+    operator has released the interpreter's lock. Up to Python 3.11, which Blender 5.0 still has, it takes the lock for
+    its own then if any thread has it, and crashes beside one that is running, such as a link's.
+    """
+
+    bl_idname = "layfigure.record_watch"
+    bl_label = "Watch Recording"
+    bl_options = {"INTERNAL"}  # noqa: RUF012
+
+    timer: bpy.types.Timer | None = None  # of the one that runs: it watches all recordings
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        timer = context.window_manager.event_timer_add(WATCH_INTERVAL_S, window=context.window)
+        LAYFIGURE_OT_record_watch.timer = timer
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type == "TIMER":  # not TIMER0, the playback's, which may be stopped here
+            self._look(context)
+            if not _recordings:
+                self.forget_timer(context)
+                return {"FINISHED", "PASS_THROUGH"}
+        return {"PASS_THROUGH"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends it with its window, and before another file: what is still recorded ends by the button."""
+        self.forget_timer(context)
+
+    def _look(self, context: bpy.types.Context) -> None:
+        if not any(window.screen.is_animation_playing for window in context.window_manager.windows):
+            for id_ in _recordings:
+                note_end(id_)
+        try:
+            finish_ended()
+        except RuntimeError as error:  # what an operator reports to whom it was called by
+            self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
+
+    @classmethod
+    def forget_timer(cls, context: bpy.types.Context) -> None:
+        if cls.timer is not None:
+            context.window_manager.event_timer_remove(cls.timer)
+        LAYFIGURE_OT_record_watch.timer = None
 
 
 class LAYFIGURE_OT_record_stop(bpy.types.Operator):
@@ -258,15 +307,7 @@ def on_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     for id_, running in _recordings.items():
         session = session_of(id_)
         if session is None or not note_frame(running.recording, session, scene):
-            end_soon(id_)
-
-
-def watch_playback() -> float | None:
-    """A timer: recordings end with the playback. Blender tells it by a handler since 4.2 alone."""
-    if not any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows):
-        _ended.extend(id_ for id_ in _recordings if id_ not in _ended)
-        finish_ended()
-    return WATCH_INTERVAL_S if _recordings else None
+            note_end(id_)
 
 
 @persistent
@@ -275,21 +316,18 @@ def on_load(*_: object) -> None:
     _ended.clear()
 
 
-def end_soon(id_: str) -> None:
+def note_end(id_: str) -> None:
     """Operators cannot be called while Blender changes the frame."""
     if id_ not in _ended:
         _ended.append(id_)
-    if not bpy.app.timers.is_registered(finish_ended):
-        bpy.app.timers.register(finish_ended, first_interval=0.0)
 
 
 def finish_ended() -> None:
+    """Where operators may be called: makes keys of the recordings that have ended."""
     while _ended:
         id_ = _ended.pop()
         if id_ in _recordings:
-            window = next(iter(bpy.context.window_manager.windows), None)
-            with bpy.context.temp_override(**({"window": window} if window is not None else {})):
-                bpy.ops.layfigure.record_stop("EXEC_DEFAULT", True, session=id_)
+            bpy.ops.layfigure.record_stop("EXEC_DEFAULT", True, session=id_)
 
 
 # ---------------------------------------------------------------- the fewest keys
@@ -382,6 +420,7 @@ def require_plain_bones(armature: bpy.types.Object, curves: BoneCurves) -> None:
 classes = (
     LAYFIGURE_OT_key_pose,
     LAYFIGURE_OT_record,
+    LAYFIGURE_OT_record_watch,
     LAYFIGURE_OT_record_stop,
     LAYFIGURE_OT_reduce_keys,
 )
@@ -402,7 +441,5 @@ def unregister() -> None:
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     sessions.remove_listener(on_sample)
-    for timer in (finish_ended, watch_playback):
-        if bpy.app.timers.is_registered(timer):
-            bpy.app.timers.unregister(timer)
+    LAYFIGURE_OT_record_watch.forget_timer(bpy.context)
     on_load()

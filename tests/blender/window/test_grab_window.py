@@ -81,7 +81,7 @@ def test_cancelled_drag_leaves_no_trace(doll: BlenderWindow) -> None:
 
 
 def test_click_selects_the_bone_and_moves_nothing(doll: BlenderWindow) -> None:
-    doll.do("with in_view(): bpy.ops.object.mode_set(mode='POSE')")
+    doll.do_in_view("bpy.ops.object.mode_set(mode='POSE')")
     doll.press_button("wm.tool_set_by_id")
     before = posing.settle(doll, HAND)
     x, y = posing.seen_at(doll, HAND)
@@ -107,12 +107,10 @@ def test_held_skin_is_under_the_mouse_in_any_view(doll: BlenderWindow, view: str
             "    bpy.context.view_layer.objects.active = armature()"
         ),
         "quad": "bpy.ops.screen.region_quadview()",
-        "local": (
-            "[o.select_set(o.type == 'MESH') for o in bpy.context.scene.objects]\n    bpy.ops.view3d.localview()"
-        ),
+        "local": ("[o.select_set(o.type == 'MESH') for o in bpy.context.scene.objects]\nbpy.ops.view3d.localview()"),
     }
     doll.do("region_3d = lambda: view_area().spaces.active.region_3d")
-    doll.do(f"with in_view():\n    {prepare[view]}")
+    doll.do_in_view(prepare[view])
     begin = posing.seen_at(doll, CHEST)
     doll.move([(begin[0] - 5.0, begin[1]), begin])
     doll.press()
@@ -156,13 +154,13 @@ def test_view_is_navigated_between_grabs_and_playback_goes_on_meanwhile(doll: Bl
     lead(doll, (x, y), 60.0, 10.0)
     doll.release(2)
     doll.wait_for(f"{view} != {before!r}")
-    doll.do("with in_view(): bpy.ops.screen.animation_play()")
+    doll.do_in_view("bpy.ops.screen.animation_play()")
     posing.take(doll, HAND)
     frame = doll.ask("bpy.context.scene.frame_current")
     doll.wait_for(f"bpy.context.scene.frame_current != {frame}")
     assert doll.ask(posing.HELD)
     posing.let_go(doll, HAND)
-    doll.do("with in_view(): bpy.ops.screen.animation_cancel()")
+    doll.do_in_view("bpy.ops.screen.animation_cancel()")
 
 
 def test_server_that_is_killed_amid_a_drag_ends_it(doll: BlenderWindow) -> None:

@@ -24,7 +24,7 @@ def set_hardening(blender: BlenderWindow, value: float) -> None:
 def test_joint_settings_reach_the_doll_and_follow_undo(blender: BlenderWindow, character: Path) -> None:
     posing.open_character(blender, character)
     blender.do(f"from {MODULE} import joint_live, panel_joints")
-    blender.do("with in_view(): bpy.ops.object.mode_set(mode='POSE')")
+    blender.do_in_view("bpy.ops.object.mode_set(mode='POSE')")
     blender.do(f"armature().data.bones.active = armature().data.bones[{BONE!r}]")
     posing.start(blender)
     blender.wait_for("joint_live.sender_of(armature()) is not None")

@@ -64,3 +64,21 @@ def test_drag_while_recording_is_on_the_frames_that_were_shown(blender: BlenderW
     assert np.linalg.norm(posing.head(blender, WRIST) - before) < SAME
     blender.do(f"bpy.context.scene.frame_set({int(frames[-1])})")
     assert np.linalg.norm(posing.head(blender, WRIST) - lifted) < SAME
+
+
+def test_recording_ends_with_the_scene_and_with_the_playback(blender: BlenderWindow, character: Path) -> None:
+    live_doll(blender, character)
+    blender.do("bpy.context.scene.frame_end = 30")
+    blender.press_button("layfigure.record")
+    blender.wait_for(f"{KEYS} > 0")  # by itself, when the timeline begins anew
+    assert frames_of(blender)[-1] <= 30.0
+    blender.undo()
+    blender.wait_for(f"{KEYS} == 0")
+    blender.do("bpy.context.scene.frame_end = 100000; bpy.context.scene.frame_set(1)")
+    blender.press_button("layfigure.record")
+    blender.wait_for(IS_PLAYING)
+    blender.wait_for("bpy.context.scene.frame_current > 5")
+    blender.key("Escape")  # which goes back to the first frame
+    blender.wait_for(f"{KEYS} > 0")
+    assert not blender.ask(IS_PLAYING)
+    assert len(frames_of(blender)) > 4

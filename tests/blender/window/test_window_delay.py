@@ -33,7 +33,7 @@ def small(blender: BlenderWindow, character: Path) -> BlenderWindow:
     posing.take_tool(blender)
     blender.do("make_drawing_light()")
     blender.resize(*WINDOW)
-    blender.do("with in_view(): bpy.ops.view3d.view_all()")
+    blender.do_in_view("bpy.ops.view3d.view_all()")
     return blender
 
 

@@ -5,6 +5,12 @@
 Each line that comes is JSON, {"run": "statements", "value": "an expression"}; each answer is one line, {"value": ..} or
 {"error": "the traceback"}. Both run on the main thread, from a timer, as bpy requires, within one namespace that stays,
 and which begins with what this file defines. What a user does is done with mouse and keys instead, see window.py.
+
+Operators that need a window, an area or a region are not called from the timer, which has none: a request with
+"at_mouse": true is answered null at once, and then a second time when KEY is pressed, in the context that an operator
+has there. To lend the timer a context with temp_override() has Blender 3.4 to 5.0 crash now and then beside a thread
+that runs Python, such as an extension's: while an operator is called, it asks Python for the members of the context
+without its lock.
 """
 
 import contextlib
@@ -20,6 +26,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 POLL_S = 0.005
+KEY = "F8"  # which Blender has nothing else for
 LINE_LIMIT = 1 << 20  # bytes
 
 # --- what tests use -------------------------------------------------------------------------------------------------
@@ -37,10 +44,10 @@ def region_of(area, kind):
     return next(region for region in area.regions if region.type == kind)
 
 
-def in_view(kind="WINDOW"):
-    """A context in the 3D view, for operators that need one."""
+def in_view():
+    """A context in the 3D view, as long as no thread runs Python."""
     area = view_area()
-    return bpy.context.temp_override(window=window(), area=area, region=region_of(area, kind))
+    return bpy.context.temp_override(window=window(), area=area, region=region_of(area, "WINDOW"))
 
 
 def on_screen(point):
@@ -88,11 +95,11 @@ def make_drawing_light():
     view_area().spaces.active.show_region_ui = False
 
 
-def operator_under_mouse(kind):
-    """The Python call of the button that the mouse is over in a region of the 3D view; empty if there is none."""
+def operator_under_mouse():
+    """The Python call of the button that the mouse is over; empty if there is none. To be asked at the mouse."""
     manager = bpy.context.window_manager
     manager.clipboard = ""
-    with in_view(kind), contextlib.suppress(RuntimeError):  # there is no button, or none with an operator
+    with contextlib.suppress(RuntimeError):  # there is no button, or none with an operator
         bpy.ops.ui.copy_python_command_button()
     return manager.clipboard
 
@@ -157,6 +164,7 @@ class Control:
         self._listener.setblocking(False)
         self._peer = None
         self._received = b""
+        self._at_mouse = None  # a request that waits for the key
 
     def poll(self):
         """Answers all that has come."""
@@ -168,13 +176,34 @@ class Control:
                 self._received += part
         while b"\n" in self._received:
             line, _, self._received = self._received.partition(b"\n")
-            self._answer(json.dumps(evaluate(json.loads(line)), default=plain).encode() + b"\n")
+            request = json.loads(line)
+            if request.get("at_mouse"):
+                self._at_mouse = request
+                self._answer({"value": None})
+            else:
+                self._answer(evaluate(request))
         return POLL_S
 
-    def _answer(self, line):
+    def answer_at_mouse(self):
+        request, self._at_mouse = self._at_mouse, None
+        self._answer(evaluate(request))
+
+    def _answer(self, answer):
         self._peer.setblocking(True)
-        self._peer.sendall(line)
+        self._peer.sendall(json.dumps(answer, default=plain).encode() + b"\n")
         self._peer.setblocking(False)
+
+
+class WM_OT_answer_at_mouse(bpy.types.Operator):  # noqa: N801, as Blender asks for it
+    """Answer the request that waits for the key"""
+
+    bl_idname = "wm.answer_at_mouse"
+    bl_label = "Answer at Mouse"
+    bl_options = {"INTERNAL"}  # noqa: RUF012
+
+    def invoke(self, _context, _event):
+        control.answer_at_mouse()
+        return {"FINISHED"}
 
 
 def plain(number):
@@ -195,4 +224,8 @@ if not hasattr(np, "bool"):  # as Debian's glTF importer asks for it, and NumPy 
 bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.use_save_prompt = False
 bpy.context.preferences.view.smooth_view = 0  # views are where they are to be at once
-bpy.app.timers.register(Control(sys.argv[-1]).poll, persistent=True)
+control = Control(sys.argv[-1])
+bpy.utils.register_class(WM_OT_answer_at_mouse)
+keymap = bpy.context.window_manager.keyconfigs.addon.keymaps.new("Window")
+keymap.keymap_items.new(WM_OT_answer_at_mouse.bl_idname, KEY, "PRESS")
+bpy.app.timers.register(control.poll, persistent=True)

@@ -18,6 +18,7 @@ from PIL import ImageGrab
 from .display import HEIGHT, WIDTH, Display
 
 CONTROL = Path(__file__).parent / "control.py"
+ANSWER_KEY = "F8"  # KEY of control.py
 TIMEOUT_S = 120.0  # for a machine under load; never waited for in a test that passes
 END_TIMEOUT_S = 10.0
 POLL_S = 0.05
@@ -86,6 +87,15 @@ class BlenderWindow:
     def do(self, statements: str) -> None:
         """Runs Python statements in Blender; names that they define stay."""
         self._evaluate(statements, "None")
+
+    def ask_at_mouse(self, expression: str) -> Any:
+        """As ask(), in the context of what is under the mouse."""
+        return self._evaluate_at_mouse("", expression)
+
+    def do_in_view(self, statements: str) -> None:
+        """As do(), with the mouse in the view and in its context, for operators that need one."""
+        self._hover(self._place_in_view())
+        self._evaluate_at_mouse(statements, "None")
 
     def wait_for(self, expression: str, timeout_s: float = TIMEOUT_S) -> Any:
         """Waits until an expression is true and returns its value."""
@@ -169,7 +179,7 @@ class BlenderWindow:
             for column in BUTTON_COLUMNS:
                 place = (left + column * (width - TAB_WIDTH), y)
                 self._hover(place)
-                if f"bpy.ops.{operator}(" in self.ask("operator_under_mouse('UI')"):
+                if f"bpy.ops.{operator}(" in self.ask_at_mouse("operator_under_mouse()"):
                     return place
         raise BlenderError(f"the sidebar has no button of {operator} that can be pressed\n{self.log()}")
 
@@ -188,8 +198,18 @@ class BlenderWindow:
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _evaluate(self, run: str, value: str) -> Any:
+        return self._answer_to({"run": run, "value": value})
+
+    def _evaluate_at_mouse(self, run: str, value: str) -> Any:
+        request = {"run": run, "value": value, "at_mouse": True}
+        self._answer_to(request)  # it waits for the key now
+        self._xdotool("key", ANSWER_KEY)
+        return self._answer_to(request, is_sent=True)
+
+    def _answer_to(self, request: dict[str, Any], *, is_sent: bool = False) -> Any:
         try:
-            self._control.sendall(json.dumps({"run": run, "value": value}).encode() + b"\n")
+            if not is_sent:
+                self._control.sendall(json.dumps(request).encode() + b"\n")
             line = self._answers.readline()
         except OSError as error:
             raise BlenderError(f"Blender does not answer: {error}\n{self._end_of_it()}") from error
@@ -197,7 +217,7 @@ class BlenderWindow:
             raise BlenderError(f"Blender ended\n{self._end_of_it()}")
         answer = json.loads(line)
         if "error" in answer:
-            raise BlenderError(f"{run}{value}: {answer['error']}")
+            raise BlenderError(f"{request['run']}{request['value']}: {answer['error']}")
         return answer["value"]
 
     def _end_of_it(self) -> str:
@@ -225,9 +245,12 @@ class BlenderWindow:
             self.process.wait()
 
     def _key_in_view(self, name: str) -> None:
-        left, top, width, height = self.ask("rectangle('WINDOW')")
-        self._hover((left + width / 4, top + height - EDGE))
+        self._hover(self._place_in_view())
         self.key(name)
+
+    def _place_in_view(self) -> Place:
+        left, top, width, height = self.ask("rectangle('WINDOW')")
+        return left + width / 4, top + height - EDGE
 
     def _hover(self, place: Place) -> None:
         """In two motions: the first enters a region of Blender's window, the second is seen by what is in it."""
