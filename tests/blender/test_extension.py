@@ -54,6 +54,17 @@ def test_zip_has_the_package_its_licence_and_wheels_and_nothing_else(extension: 
     assert names == modules | wheels | {"blender_manifest.toml", "LICENSE"}
 
 
+def test_no_operator_is_called_in_a_context_that_python_lends() -> None:
+    """Blender up to 5.0, with Python 3.11, crashes so beside a thread that runs Python, as each link has one: while an
+    operator is called under temp_override(), the context is asked of Python without the interpreter's lock."""
+    modules = (REPOSITORY / "plugins/blender/layfigure_blender").rglob("*.py")
+    calls = [
+        node for path in modules for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)
+    ]
+    assert {"ops", "record_watch"} <= {node.attr for node in calls}
+    assert "temp_override" not in {node.attr for node in calls}
+
+
 def test_manifest_says_what_it_needs_in_the_letters_that_blender_shows(extension: Path) -> None:
     with zipfile.ZipFile(extension) as packed:
         manifest = tomllib.loads(packed.read("blender_manifest.toml").decode())

@@ -67,18 +67,25 @@ def test_drag_while_recording_is_on_the_frames_that_were_shown(blender: BlenderW
 
 
 def test_recording_ends_with_the_scene_and_with_the_playback(blender: BlenderWindow, character: Path) -> None:
-    live_doll(blender, character)
+    posing.open_character(blender, character)
+    blender.do(CURVES)
+    blender.do("make_drawing_light()")
+    blender.do_in_view("bpy.ops.layfigure.start()")
+    blender.wait_for("[session.live for session in sessions.all()] == [True]")
     blender.do("bpy.context.scene.frame_end = 30")
-    blender.press_button("layfigure.record")
+    blender.do_in_view("bpy.ops.layfigure.record()")
     blender.wait_for(f"{KEYS} > 0")  # by itself, when the timeline begins anew
     assert frames_of(blender)[-1] <= 30.0
+    assert not blender.ask(IS_PLAYING)
     blender.undo()
     blender.wait_for(f"{KEYS} == 0")
     blender.do("bpy.context.scene.frame_end = 100000; bpy.context.scene.frame_set(1)")
-    blender.press_button("layfigure.record")
+    blender.do_in_view("bpy.ops.layfigure.record()")
     blender.wait_for(IS_PLAYING)
     blender.wait_for("bpy.context.scene.frame_current > 5")
     blender.key("Escape")  # which goes back to the first frame
     blender.wait_for(f"{KEYS} > 0")
     assert not blender.ask(IS_PLAYING)
-    assert len(frames_of(blender)) > 4
+    frames = frames_of(blender)
+    assert frames[0] == 1.0
+    assert frames[-1] > 5.0  # a doll that rests has keys at these two alone
