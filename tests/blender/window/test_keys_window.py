@@ -70,7 +70,7 @@ def test_recording_ends_with_the_scene_and_with_the_playback(blender: BlenderWin
     posing.open_character(blender, character)
     blender.do(CURVES)
     blender.do("make_drawing_light()")
-    blender.do_in_view("bpy.ops.layfigure.start()")
+    blender.do_in_view("bpy.ops.layfigure.start('EXEC_DEFAULT', True)")  # a step of undo, as of the button
     blender.wait_for("[session.live for session in sessions.all()] == [True]")
     blender.do("bpy.context.scene.frame_end = 30")
     blender.do_in_view("bpy.ops.layfigure.record()")

@@ -10,6 +10,7 @@ import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,8 @@ class BlenderWindow:
         return self
 
     def __exit__(self, *_: object) -> None:
+        if "_mouse" in vars(self):
+            self._mouse.communicate(timeout=END_TIMEOUT_S)
         self._answers.close()
         self._control.close()
         self._end()
@@ -145,9 +148,15 @@ class BlenderWindow:
         self._key_in_view("ctrl+shift+z")
 
     def jump(self, place: Place) -> float:
-        """Moves the mouse at once, and returns the monotonic time [s] right before."""
+        """Moves the mouse at once, and returns the monotonic time [s] right before.
+
+        The xdotool that does it runs already: its start, of some milliseconds, is none of the delay that is measured.
+        """
+        assert self._mouse.stdin is not None
+        command = "mousemove {} {}\n".format(*map(round, place))
         before = time.monotonic()
-        self._xdotool("mousemove", *(str(round(c)) for c in place))
+        self._mouse.stdin.write(command)
+        self._mouse.stdin.flush()
         return before
 
     def resize(self, width: int, height: int) -> None:
@@ -251,6 +260,11 @@ class BlenderWindow:
     def _place_in_view(self) -> Place:
         left, top, width, height = self.ask("rectangle('WINDOW')")
         return left + width / 4, top + height - EDGE
+
+    @cached_property
+    def _mouse(self) -> subprocess.Popen[str]:
+        """Carries out each line that is written to it when it comes."""
+        return subprocess.Popen(["xdotool", "-"], env=self._environment, stdin=subprocess.PIPE, text=True)
 
     def _hover(self, place: Place) -> None:
         """In two motions: the first enters a region of Blender's window, the second is seen by what is in it."""
