@@ -13,7 +13,7 @@ import pytest
 from client_support.broker import Broker
 
 from layfigure.bus import Bus
-from layfigure.errors import BusError
+from layfigure.errors import BusError, ProtocolError
 
 
 def test_poll_message_with_the_loss_right_behind_it_is_handled_first() -> None:
@@ -30,6 +30,37 @@ def test_poll_message_with_the_loss_right_behind_it_is_handled_first() -> None:
         assert received == [b"the last word"]
         with pytest.raises(BusError, match="lost the connection to"):
             listener.wait_until(lambda: False, 2.0)
+
+
+def test_postponed_messages_newest_alone_is_handled_after_all_others(broker: Broker) -> None:
+    handled: list[bytes] = []
+    with Bus(broker.url) as listener, Bus(broker.url) as speaker:
+        listener.subscribe("POSE", lambda data: listener.postpone(handled.append, data))
+        listener.subscribe("NEWS", handled.append)
+        assert broker.wait_for_subscription("POSE")
+        assert broker.wait_for_subscription("NEWS")
+        for channel, data in [("POSE", b"old"), ("POSE", b"newest"), ("NEWS", b"news")]:
+            speaker.publish(channel, data)
+        time.sleep(0.2)  # until all of them lie in the listener's socket
+        listener.poll(2.0)
+        assert handled == [b"news", b"newest"]
+        speaker.publish("POSE", b"next")
+        assert listener.wait_until(lambda: len(handled) == 3, 2.0)
+        assert handled[2] == b"next"
+
+
+def test_postponed_message_that_cannot_be_read_is_counted(broker: Broker) -> None:
+    def refuse(_: bytes) -> None:
+        raise ProtocolError("not a pose")
+
+    with Bus(broker.url) as listener, Bus(broker.url) as speaker:
+        listener.subscribe("POSE", lambda data: listener.postpone(refuse, data))
+        assert broker.wait_for_subscription("POSE")
+        speaker.publish("POSE", b"x")
+        assert listener.wait_until(lambda: listener.bad_messages == 1, 2.0)
+        assert listener.problem == "not a pose"
+        listener.poll(0.0)
+        assert listener.bad_messages == 1
 
 
 def test_poll_after_close_says_that_it_is_not_connected(broker: Broker) -> None:

@@ -390,6 +390,13 @@ class Doll:
         return recorder
 
     def _on_pose(self, data: bytes) -> None:
+        """Of several that have come, those before the newest are read for streams alone, which give each."""
+        if self._streams:
+            self._take_pose(data)
+        else:
+            self._bus.postpone(self._take_pose, data)
+
+    def _take_pose(self, data: bytes) -> None:
         pose = codec.decode_pose(data)
         self._connection.watch.hear(pose.server_id)
         if self._character is not None:

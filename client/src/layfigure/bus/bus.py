@@ -55,6 +55,7 @@ class Bus:
         self._handlers: list[tuple[str, Handler]] = []
         self._subscriptions: list[lcm.LCMSubscription] = []  # those of the handlers, while it is connected
         self._inbox: list[tuple[Handler, bytes]] = []
+        self._postponed: dict[Handler, bytes] = {}
         self._last_complaint_s = float("-inf")
         self.bad_messages = 0  # that a handler could not decode
         self.problem = ""  # with the newest message, if it is one of them
@@ -152,8 +153,22 @@ class Bus:
         """
         if self._lcm is None:
             raise BusError(self._loss or f"not connected to '{self.url}'")
+        try:
+            self._handle_what_comes(self._lcm, timeout_s)
+        finally:
+            postponed, self._postponed = self._postponed, {}
+            for handler, data in postponed.items():
+                self._dispatch(handler, data)
+
+    def postpone(self, handler: Handler, data: bytes) -> None:
+        """For handlers: calls `handler`, as if it were one, once poll() has handled all that is there; of what one
+        `handler` is to be called with, with the newest alone. What is costly to read and outdated at once is read once.
+        """
+        self._postponed[handler] = data
+
+    def _handle_what_comes(self, connection: lcm.LCM, timeout_s: float) -> None:
         for handled in range(_MAX_BATCH):
-            if not _is_readable(self._lcm.fileno(), 0.0 if handled else timeout_s):
+            if not _is_readable(connection.fileno(), 0.0 if handled else timeout_s):
                 return
             try:
                 self._handle_one()
