@@ -101,13 +101,13 @@ def test_held_skin_is_under_the_mouse_in_any_view(doll: BlenderWindow, view: str
         "orthographic": "bpy.ops.view3d.view_axis(type='RIGHT')",
         "camera": (
             "bpy.ops.object.camera_add(location=(0.3, -0.9, 0.4), rotation=(1.2, 0, 0.3))\n"
-            "    bpy.context.object.data.shift_x = 0.1\n"
-            "    bpy.context.scene.camera = bpy.context.object\n"
-            "    region_3d().view_perspective = 'CAMERA'\n"
-            "    bpy.context.view_layer.objects.active = armature()"
+            "bpy.context.object.data.shift_x = 0.1\n"
+            "bpy.context.scene.camera = bpy.context.object\n"
+            "region_3d().view_perspective = 'CAMERA'\n"
+            "bpy.context.view_layer.objects.active = armature()"
         ),
         "quad": "bpy.ops.screen.region_quadview()",
-        "local": ("[o.select_set(o.type == 'MESH') for o in bpy.context.scene.objects]\nbpy.ops.view3d.localview()"),
+        "local": "[o.select_set(o.type == 'MESH') for o in bpy.context.scene.objects]\nbpy.ops.view3d.localview()",
     }
     doll.do("region_3d = lambda: view_area().spaces.active.region_3d")
     doll.do_in_view(prepare[view])
