@@ -111,7 +111,7 @@ def test_held_skin_is_under_the_mouse_in_any_view(doll: BlenderWindow, view: str
     }
     doll.do("region_3d = lambda: view_area().spaces.active.region_3d")
     doll.do_in_view(prepare[view])
-    begin = posing.seen_at(doll, CHEST)
+    begin = posing.seen_in_new_view(doll, CHEST)
     doll.move([(begin[0] - 5.0, begin[1]), begin])
     doll.press()
     doll.wait_for(posing.HELD)

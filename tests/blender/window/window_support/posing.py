@@ -17,6 +17,7 @@ REST = 2e-5  # [m] between two looks: a doll that settles
 MOVED = 1e-3  # [m] away from where it was: two pixels in these views
 SETTLE_TIMEOUT_S = 120.0  # for a machine under load
 POLL_S = 0.05
+DRAWN_S = 1.0  # several pictures
 
 DOLL = "sessions.all()[0]"
 HELD = f"any(force.attached for force in {DOLL}.link.forces.values())"
@@ -51,6 +52,15 @@ def head(blender: BlenderWindow, bone: str) -> Position:
 def seen_at(blender: BlenderWindow, bone: str) -> Place:
     x, y = blender.ask(f"on_screen(bone_head({bone!r}))")
     return float(x), float(y)
+
+
+def seen_in_new_view(blender: BlenderWindow, bone: str) -> Place:
+    """As seen_at(), once the view is drawn as it was set, which takes Blender a picture or two."""
+    before, now = None, seen_at(blender, bone)
+    while now != before:
+        time.sleep(DRAWN_S)
+        before, now = now, seen_at(blender, bone)
+    return now
 
 
 def way(begin: Place, by: Place) -> list[Place]:
