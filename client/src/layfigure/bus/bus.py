@@ -154,7 +154,7 @@ class Bus:
         if self._lcm is None:
             raise BusError(self._loss or f"not connected to '{self.url}'")
         try:
-            self._handle_what_comes(self._lcm, timeout_s)
+            self._handle_what_comes(timeout_s)
         finally:
             postponed, self._postponed = self._postponed, {}
             for handler, data in postponed.items():
@@ -166,9 +166,10 @@ class Bus:
         """
         self._postponed[handler] = data
 
-    def _handle_what_comes(self, connection: lcm.LCM, timeout_s: float) -> None:
+    def _handle_what_comes(self, timeout_s: float) -> None:
+        """Keeps no reference to the connection: one that is lost has to go at once, or LCM tries it again, loudly."""
         for handled in range(_MAX_BATCH):
-            if not _is_readable(connection.fileno(), 0.0 if handled else timeout_s):
+            if self._lcm is None or not _is_readable(self._lcm.fileno(), 0.0 if handled else timeout_s):
                 return
             try:
                 self._handle_one()
