@@ -19,7 +19,7 @@ MOTIONS = 24
 LIFT = 50.0  # [pixels]
 JUMP = 12.0  # [pixels] up, and down again
 SEEN = 1e-4  # [m], a tenth of a pixel in this view, and five times what a doll at rest may move
-FRAMES = 12  # of which the window's own rate is told
+FRAMES = 3  # after each motion, of which the window's own rate is told: machines are not equally fast all the time
 # Draws without the motion, of those that follow it: one may be under way when the mouse moves.
 MOST_STALE = 1
 GENEROUS_S = 2.0  # for a machine under load: what the figures are to be is told in plugins/blender/README.md
@@ -37,19 +37,19 @@ def small(blender: BlenderWindow, character: Path) -> BlenderWindow:
     return blender
 
 
-def own_frame_s(blender: BlenderWindow) -> float:
-    """The median time between two draws of a bone that Blender itself poses, one straight after the other."""
+def own_frames_s(blender: BlenderWindow) -> list[float]:
+    """The times between two draws of a bone that Blender itself poses, one straight after the other."""
     blender.do(f"watch = DrawWatch({WRIST!r}); watch.always = True; watch.pose_again()")
     blender.wait_for(f"len(watch.draws) > {FRAMES}")
     blender.do("watch.close()")
-    return float(np.median(np.diff([draw[0] for draw in blender.ask("watch.draws")])))
+    return list(np.diff([draw[0] for draw in blender.ask("watch.draws")]))
 
 
 def test_bone_follows_the_mouse_without_delay(small: BlenderWindow) -> None:
     x, y = posing.take(small, WRIST)
     place = posing.pull(small, WRIST, (x, y), (0.0, -LIFT))
 
-    delays, stale = [], []
+    delays, frames, stale = [], [], []
     for motion in range(MOTIONS):
         small.do(f"watch = DrawWatch({WRIST!r})")
         before = small.jump((x, y - LIFT - JUMP * (motion % 2 == 0)))
@@ -61,13 +61,14 @@ def test_bone_follows_the_mouse_without_delay(small: BlenderWindow) -> None:
         elsewhere = np.linalg.norm(draws[:, 1:] - still, axis=1) > SEEN
         assert elsewhere.any(), "the bone did not follow the mouse"
         first = int(elsewhere.argmax())
-        stale.append(np.count_nonzero(draws[:first, 0] > before))
+        stale.append(int(np.count_nonzero(draws[:first, 0] > before)))
         delays.append(draws[first, 0] - before)
-    frame = own_frame_s(small)
+        frames += own_frames_s(small)
     small.screenshot("delay")
     small.release()
 
     p50, p95 = np.percentile(delays, [50, 95])
+    frame = float(np.median(frames))
     print(
         f"from mouse to bone: p50 {1e3 * p50:.1f} ms, p95 {1e3 * p95:.1f} ms of {MOTIONS} motions; "
         f"a frame of the window takes {1e3 * frame:.1f} ms; draws that did not show the motion: {stale}"
