@@ -14,7 +14,7 @@ struct HapticsEffort {
   long wrenches;                    ///< random wrenches that are asked of the device
   double rest;                      ///< for how long a pose is left alone [s]
   double pinch;                     ///< for how long a limb is pinched [s]
-  double play;                      ///< for how long two hands play with a doll at random [s]
+  double play;                      ///< for how long two hands that play at random are on the doll at once [s]
   double rung;                      ///< ratio of a stiffness to the one tried before it
   std::vector<double> dampings;     ///< of walls [N s/m]
   std::vector<double> frequencies;  ///< at which the doll is felt [Hz]

@@ -57,7 +57,7 @@ void tell_pinch(const HapticsEffort& effort, std::vector<Figure>& figures) {
 
 void tell_play(const HapticsEffort& effort, std::vector<Figure>& figures) {
   const testing::Play play = testing::play_at_random(testing::thick_doll(), effort.play, kPhysicsRate, kTicks);
-  const std::string name = "two hands at random for " + seconds(effort.play) + ": ";
+  const std::string name = "two hands at random, for " + seconds(play.together) + " both on the doll: ";
   figures.push_back({name + "force / limit, most", play.force, "", kLimit});
   figures.push_back({name + "torque / limit, most", play.torque, "", kLimit});
   figures.push_back({name + "rise of force / limit, most", play.rise, "", kLimit});
@@ -65,7 +65,7 @@ void tell_play(const HapticsEffort& effort, std::vector<Figure>& figures) {
   figures.push_back({name + "deepest dip of the hand-over", -play.lowest_hand_over, "J", kDeepestDip});
   figures.push_back({name + "contacts", static_cast<double>(play.contacts), ""});
   figures.push_back({name + "grabs", static_cast<double>(play.grabs), ""});
-  figures.push_back({name + "both on the doll at once", play.together, "s"});
+  figures.push_back({name + "all of it", play.duration, "s"});
 }
 
 }  // namespace layfigure::bench

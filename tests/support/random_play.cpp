@@ -24,6 +24,7 @@ constexpr double kReach = 0.05;  // [m] about a body's com that fingertips come 
 constexpr double kPull = 0.2;    // [m] at most
 // The hands feel the doll as that much stiffer and heavier than usual: so that the devices' limits are met.
 constexpr double kPower = 10.0;
+constexpr double kPatience = 100.0;  // times as long as they are to be on it at once: they are for a tenth of the time
 
 /// Passes on what it is told, and keeps the largest.
 class WatchedDriver : public device::Driver {
@@ -168,10 +169,11 @@ class Player {
 
 }  // namespace
 
-Play play_at_random(doll::Doll doll, double duration, double physics_hz, int ticks) {
+Play play_at_random(doll::Doll doll, double together, double physics_hz, int ticks) {
   Play play;
   Player player(std::move(doll), physics_hz, ticks, play);
-  while (player.time() < duration) player.step();
+  while (play.together < together && player.time() < kPatience * together) player.step();
+  play.duration = player.time();
   play.lowest_hand_over = player.lowest_hand_over();
   return play;
 }
