@@ -28,7 +28,7 @@ from layfigure.take import TakeBuilder
 from layfigure.take_collector import read_take
 from layfigure.take_files import finish_log, numbered, open_log
 from layfigure.usd.checks import check
-from layfigure.usd.working_file import SAVE_EVERY_US, WorkingFile
+from layfigure.usd.working_file import APPEND_EVERY_US, SAVE_EVERY_US, WorkingFile
 
 FORMS = {
     "every": [],
@@ -254,7 +254,7 @@ def test_working_file_is_a_whole_take_at_every_save(working: WorkingFile, tmp_pa
     animation = UsdSkel.Animation(stage.GetPrimAtPath("/Synthetic_arm/Animation"))
     pose_s = builder.motion_since(0).times_us[130] * 1e-6
     last = stage.GetEndTimeCode()
-    assert 24.0 * (pose_s - 1e-6 * SAVE_EVERY_US) - 1.0 <= last <= 24.0 * pose_s
+    assert 24.0 * (pose_s - 1e-6 * (SAVE_EVERY_US + APPEND_EVERY_US)) - 1.0 <= last <= 24.0 * pose_s
     assert last > 30.0
     assert animation.GetRotationsAttr().GetTimeSamples() == [float(frame) for frame in range(round(last) + 1)]
     written = [[q.GetReal(), *q.GetImaginary()] for q in animation.GetRotationsAttr().Get(30.0)]
@@ -267,9 +267,9 @@ def test_working_file_saves_of_a_long_take_are_a_share_of_it_apart(
     working: WorkingFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     saved_s: list[float] = []
-    monkeypatch.setattr(working, "_save", lambda builder: saved_s.append(builder.duration_s))
-    monkeypatch.setattr(working, "_append", lambda builder: None)
     hour = SimpleNamespace(pose_count=1)
+    monkeypatch.setattr(working, "_save", lambda: saved_s.append(hour.duration_s))
+    monkeypatch.setattr(working, "_append", lambda builder: None)
     for step in range(1, 3600 * 20):
         hour.duration_s = 0.05 * step
         working.update(cast(TakeBuilder, hour))

@@ -2,8 +2,9 @@
 
     python measured_record.py FIGURES.json RECORD_ARGUMENT...
 
-`saves`: of the working file, and `export`: of the USD files in the end, each of wall-clock time and of CPU time [s].
-`memory_kb`: what is resident at each save, `poses`: how many there were, `peak_kb`: the most memory that ever was.
+`appends` to the working file, its `saves`, and `export`, of the USD files in the end: each of wall-clock and of CPU
+time [s].
+`memory_kb`: what is resident after each append, `poses`: how many there were, `peak_kb`: the most memory that ever was.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ def timed(function: Callable[..., Any], costs: list[tuple[float, float]], after:
 
 
 def run(figures: Path, arguments: list[str]) -> int:
+    appends: list[tuple[float, float]] = []
     saves: list[tuple[float, float]] = []
     exports: list[tuple[float, float]] = []
     memory: list[int] = []
@@ -50,11 +52,13 @@ def run(figures: Path, arguments: list[str]) -> int:
         memory.append(resident_kb())
         poses.append(builder.pose_count)
 
-    WorkingFile._save = timed(WorkingFile._save, saves, note)  # type: ignore[method-assign]
+    WorkingFile._append = timed(WorkingFile._append, appends, note)  # type: ignore[method-assign]
+    WorkingFile._save = timed(WorkingFile._save, saves, lambda _: None)  # type: ignore[method-assign]
     record.write = timed(record.write, exports, lambda *_: None)
     code = main.main(["record", *arguments])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     told = {
+        "appends": appends,
         "saves": saves,
         "export": exports[-1] if exports else None,
         "memory_kb": memory,

@@ -82,12 +82,13 @@ def test_long_take_loses_no_pose_and_its_memory_is_bounded(binary: Path, tmp_pat
 
 
 def told(measured: dict[str, Any]) -> str:
-    saves = 1e3 * np.array(measured["saves"])
-    of_saves = ", ".join(
-        f"{kind} median {np.median(ms):.2f}, 99 % {np.percentile(ms, 99):.2f}, largest {ms.max():.2f} ms"
-        for kind, ms in zip(("wall-clock", "CPU"), saves.T, strict=True)
-    )
     wall, cpu = measured["export"]
-    return (
-        f"{len(saves)} saves: {of_saves}; export {wall:.2f} s, CPU {cpu:.2f} s; {measured['peak_kb'] >> 10} MiB at most"
+    turns = "\n".join(f"{len(measured[what])} {what}: {told_costs(measured[what])}" for what in ("appends", "saves"))
+    return f"{turns}\nexport {wall:.2f} s, CPU {cpu:.2f} s; {measured['peak_kb'] >> 10} MiB at most"
+
+
+def told_costs(costs: list[tuple[float, float]]) -> str:
+    return ", ".join(
+        f"{kind} median {np.median(ms):.2f}, 99 % {np.percentile(ms, 99):.2f}, largest {ms.max():.2f} ms"
+        for kind, ms in zip(("wall-clock", "CPU"), 1e3 * np.array(costs).T, strict=True)
     )

@@ -20,7 +20,7 @@ from layfigure.usd.failures import reason
 from layfigure.usd.textures import named_textures
 
 SAVE_EVERY_US = 250_000  # of simulation time
-_APPEND_EVERY_US = 50_000  # so that a save finds little to do, and what is done for each batch of frames is done seldom
+APPEND_EVERY_US = 50_000  # likewise; each takes about as long as a save, and what is done for a batch is done seldom
 _LONGEST_TAIL = 0.005  # of the take that is not saved yet: see WorkingFile
 
 _logger = logging.getLogger(__name__)
@@ -54,20 +54,20 @@ class WorkingFile:
             write_character(self._stage, character, meshes, named_textures(character, meshes, path))
             self._animation = define_animation(self._stage, character)
             self._rest()
-            self._write()
+            self._save()
         except Tf.ErrorException as error:
             self._give_up(error)
 
     def update(self, builder: TakeBuilder) -> None:
-        """Takes the poses that have come, and saves, now and then."""
+        """Takes the poses that have come, or saves what was taken, now and then. Never both at once: messages wait."""
         if self._stage is None or builder.pose_count == 0:
             return
         now_us = round(builder.duration_s * 1e6)
         try:
-            if now_us >= self._saved_us + max(SAVE_EVERY_US, _LONGEST_TAIL * now_us):
-                self._saved_us = self._appended_us = now_us
-                self._save(builder)
-            elif now_us >= self._appended_us + _APPEND_EVERY_US:
+            if self._appended_us >= self._saved_us + max(SAVE_EVERY_US, _LONGEST_TAIL * now_us):
+                self._saved_us = self._appended_us
+                self._save()
+            elif now_us >= self._appended_us + APPEND_EVERY_US:
                 self._appended_us = now_us
                 self._append(builder)
         except Tf.ErrorException as error:
@@ -85,10 +85,6 @@ class WorkingFile:
         self._animation.GetRotationsAttr().Set(rotations)
         self._animation.GetTranslationsAttr().Set(values.vec3f_array([joint.rest_translation for joint in joints]))
 
-    def _save(self, builder: TakeBuilder) -> None:
-        self._append(builder)
-        self._write()
-
     def _append(self, builder: TakeBuilder) -> None:
         motion = builder.motion_since(self._poses)
         wanted_us = frame_times_us(motion.times_us, self._fps, self._frames)
@@ -103,7 +99,7 @@ class WorkingFile:
         self._frames += len(wanted_us)
         self._poses += int(np.searchsorted(motion.times_us, wanted_us[-1], side="right")) - 1
 
-    def _write(self) -> None:
+    def _save(self) -> None:
         self._stage.SetEndTimeCode(max(self._frames - 1.0, 0.0))
         self._stage.GetRootLayer().Save()
 
