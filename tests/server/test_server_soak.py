@@ -29,8 +29,9 @@ FOUND = 66  # exit code of a server in which something was found
 # So slow a server steps less often; what it does in a step is the same.
 OPTIONS = ("--broker", "0", "--physics-hz", "100", "--pose-hz", "50")
 MAX_GROWTH_MB = 24.0  # of the resident memory after the first fifth: what can be undone, and the heap's spread
-# Two hands that are served between steps, and a device whose process comes and goes.
-DEVICE_OPTIONS = ("--broker", "0", "--physics-hz", "1000", "--haptic-hz", "4000", "--pose-hz", "50")
+# Two hands that are served between steps, at rates that let their forces through, and a device whose process comes and
+# goes.
+DEVICE_OPTIONS = ("--broker", "0", "--physics-hz", "250", "--haptic-hz", "1000", "--pose-hz", "50")
 DEVICES = ("--device", "spidar-g6", "--device", "spidar-g6", "--device", "lcm")
 LCM_DEVICE = REPOSITORY / "assets/lcm_device.py"
 DEVICE_LIFE_S = 5.0
@@ -85,6 +86,8 @@ def use_while_a_device_is_killed(client: Client, connect: Connect, server: Serve
         device = subprocess.Popen([sys.executable, LCM_DEVICE, "--lcm-url", server.url], stdout=subprocess.DEVNULL)
         try:
             commands += use(client, connect, server, seconds / lives, seed=life)
+            devices = client.wait_for("status_t").devices
+            print("; ".join(f"{d.name}: {d.state}, {d.share:.0%} of its force let through" for d in devices))
         finally:
             device.kill()
             device.wait()
