@@ -4,10 +4,10 @@
     demo.py [--server BINARY] [--character FILE] [--session FILE] [--two-hands FILE] [--out FOLDER]
 
 Three processes over LCM on 127.0.0.1, as a user would start them: layfigure-server in lockstep, layfigure record,
-layfigure play. Then the take is checked, drawn and plotted, and a table of its joints is printed. A second take is made
-by two haptic devices, simulated with their hands, that grasp an arm and bend it. Without options it uses what ./run
-demo has built. Exit code 1 if anything fails, if an arm does not keep its new pose, or if what should come back does
-not.
+layfigure play. Then the take is checked, drawn and plotted, and a table of its joints is printed; it is exported again
+with as few keys as hold the skin's tolerance. A second take is made by two haptic devices, simulated with their hands,
+that grasp an arm and bend it. Without options it uses what ./run demo has built. Exit code 1 if anything fails, if an
+arm does not keep its new pose, if what should come back does not, or if too many frames are keys.
 """
 
 from __future__ import annotations
@@ -24,10 +24,15 @@ from layfigure.analysis import JointSummary, summarize
 from layfigure.errors import LayfigureError
 from layfigure.take import Take
 from layfigure.take_collector import read_take
+from layfigure.take_form import TakeForm
 from layfigure.usd.checks import check
+from layfigure.usd.writer import write_take
 
 ROOT = Path(__file__).resolve().parent.parent
-FPS = 24
+FPS = 60  # poses of the server: each is a frame
+TOLERANCE_MM = 0.5  # of the skin, with reduced keys
+TOLERANCE_DEG = 1.0  # of joints, which show in the skin
+MOST_KEYS = 0.2  # of the frames
 PICTURES = 8
 TIMEOUT_S = 300.0
 START_TIMEOUT_S = 60.0
@@ -55,6 +60,7 @@ def main() -> int:
         take_file = options.out / "take.usda"
         record_session(options, options.session, take_file)
         judge(report(take_file, "forces.png"))
+        reduce_keys(take_file)
         take_file = options.out / "two_hands.usda"
         record_session(options, options.two_hands, take_file, "--device", DEVICE, "--device", DEVICE)
         judge_two_hands(report(take_file, "two_hands_forces.png"))
@@ -208,6 +214,18 @@ def judge_two_hands(summaries: dict[str, JointSummary]) -> None:
     require_kept(summaries, [BENT])
     require_back(summaries, [STEADIED])
     print("two hands have bent the elbow, the shoulder has held")
+
+
+def reduce_keys(take_file: Path) -> None:
+    """Raises DemoError unless few keys hold the tolerance, which `layfigure diff` verifies: it skins every frame."""
+    reduced = take_file.with_name("take_keys.usda")
+    take = read_take(take_file.with_suffix(".lcmlog"))
+    animation = write_take(take, reduced, FPS, TakeForm("reduced", TOLERANCE_MM * 1e-3))
+    share = len(animation.keys) / len(animation.frames)
+    print(f"{reduced}: {len(animation.keys)} of {len(animation.frames)} frames are keys, {share:.1%}", flush=True)
+    call(layfigure("diff", take_file, reduced, "--tolerance-mm", TOLERANCE_MM, "--tolerance-deg", TOLERANCE_DEG))
+    if share > MOST_KEYS:
+        raise DemoError(f"{share:.1%} of the frames are keys, at most {MOST_KEYS:.0%} expected")
 
 
 def require_kept(summaries: dict[str, JointSummary], names: Sequence[str]) -> None:
