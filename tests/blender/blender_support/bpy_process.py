@@ -5,10 +5,12 @@ from __future__ import annotations
 import ast
 import os
 import subprocess
+import tempfile
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 SCRIPTS = Path(__file__).parent / "in_bpy"
+RUN_SCRIPT = Path(__file__).parent / "run_script.py"
 TIMEOUT_S = 900.0  # for a machine under load; never waited for in a test that passes
 
 
@@ -45,13 +47,17 @@ class BpyPython:
         A script that fails, or hangs, is an AssertionError with all that it said.
         """
         paths = (REPOSITORY / "client/src", REPOSITORY / "plugins/blender", SCRIPTS)
-        surroundings = {
-            **os.environ,
-            "PATH": f"{self._server.parent}{os.pathsep}{os.environ['PATH']}",
-            "PYTHONPATH": os.pathsep.join(map(str, paths)),
-            **environment,
-        }
-        command = [str(self.path), str(SCRIPTS / script), *map(str, arguments)]
-        done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        command = [str(self.path), str(RUN_SCRIPT), str(SCRIPTS / script), *map(str, arguments)]
+        with tempfile.TemporaryDirectory() as folder:
+            surroundings = {
+                **os.environ,
+                "PATH": f"{self._server.parent}{os.pathsep}{os.environ['PATH']}",
+                "PYTHONPATH": os.pathsep.join(map(str, paths)),
+                "TMPDIR": folder,
+                **environment,
+            }
+            done = subprocess.run(
+                command, env=surroundings, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+            )
         assert done.returncode == 0, f"{script} {arguments}:\n{done.stdout}\n{done.stderr}"
         return done.stdout
