@@ -153,6 +153,15 @@ def test_bones_without_a_joint_keep_their_place_on_their_parent(
     assert np.allclose(moved[-1], above.rest)
 
 
+def test_what_holds_a_driven_bone_is_driven_or_between_driven_ones(character: Character) -> None:
+    chain = ("control", "hips", "rider", "spine", "helper", "leaf")  # the doll has bodies of hips and spine alone
+    bones = [Bone(name, index - 1, np.eye(4)) for index, name in enumerate(chain)]
+    bone_map = BoneMap(character, bones, np.eye(4))
+    assert bone_map.driven_names == ("hips", "spine")
+    assert bone_map.holding_names == ("hips", "rider", "spine")
+    assert {bones[b].name for b in bone_map.moved} == set(chain) - {"control"}
+
+
 def test_joints_and_bones_know_each_other_by_name(character: Character, dice: np.random.Generator) -> None:
     bones = make_bones(character, np.eye(4), dice)
     renamed = [bone._replace(name="Fuß") if bone.name == "foot" else bone for bone in bones]

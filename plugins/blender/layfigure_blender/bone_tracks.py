@@ -15,7 +15,7 @@ from layfigure import rotation
 from . import actions, rotation_modes
 from .actions import BoneCurves
 from .key_tracks import Tracks
-from .rig import Bone
+from .rig import Bone, moved_by
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +24,8 @@ def posed_tracks(armature: bpy.types.Object, bones: Sequence[Bone], driven: Sequ
     """What the driven bones have to have to be where `poses` (F, B, 4, 4), bone -> armature, have them, with their ways
     of inheriting, as pose_writing.write() has them too.
 
-    Other bones stand as they do now; they, and what is no longer there, have no rotation and no location in the result.
+    Other bones stand as they do now, those above the driven ones with their constraints; they, and what is no longer
+    there, have no rotation and no location in the result.
     """
     found = [armature.pose.bones.get(bone.name) for bone in bones]
     wanted = [b for b in driven if found[b] is not None]
@@ -32,9 +33,13 @@ def posed_tracks(armature: bpy.types.Object, bones: Sequence[Bone], driven: Sequ
     rotations, locations = np.zeros((len(poses), len(bones), 4)), np.zeros((len(poses), len(bones), 3))
     rotations[..., 0] = 1.0
     is_wanted = np.isin(np.arange(len(bones)), wanted)
+    moved = moved_by(bones, wanted)
     for frame, matrices in enumerate(poses):
         actual: dict[int, Matrix] = {}
         for b in asked:
+            if b not in moved:
+                actual[b] = found[b].matrix
+                continue
             rest = found[b].bone
             above = {}
             if bones[b].parent >= 0:

@@ -37,7 +37,8 @@ def matrices_of(armature: bpy.types.Object, bones: Iterable[Bone]) -> Floats:
 
 
 def write(armature: bpy.types.Object, bones: BoneMap, matrices: Floats) -> None:
-    """Puts the driven bones where `matrices` (B, 4, 4) have them; other bones keep their own channels.
+    """Puts the driven bones where `matrices` (B, 4, 4) have them; other bones keep their own channels. Those above the
+    doll stand where they were evaluated, with their constraints.
 
     Rotation and, unless the bone is connected, location are written, in the bone's rotation mode and with its ways of
     inheriting; its scale stays. Raises KeyError if a bone is missing.
@@ -46,6 +47,9 @@ def write(armature: bpy.types.Object, bones: BoneMap, matrices: Floats) -> None:
     actual: list[Matrix] = []
     for index, bone in enumerate(bones.bones):
         pose_bone = armature.pose.bones[bone.name]
+        if index not in bones.moved:
+            actual.append(pose_bone.matrix.copy())
+            continue
         rest = pose_bone.bone
         above = {}
         if bone.parent >= 0:
@@ -80,38 +84,29 @@ def _axis_angle(rotation: Quaternion) -> tuple[float, float, float, float]:
     return 2.0 * math.atan2(sine, rotation.w), rotation.x / sine, rotation.y / sine, rotation.z / sine
 
 
-def parent_matrix(armature: bpy.types.Object, bones: BoneMap, index: int) -> Matrix:
-    """Where the parent of bone `index` stands by its own channels and those above it; (4, 4) of none: identity."""
-    chain: list[bpy.types.PoseBone] = []
-    above = bones.bones[index].parent
-    while above >= 0:
-        chain.append(armature.pose.bones[bones.bones[above].name])
-        above = bones.bones[above].parent
-    matrix, rest = None, None
-    for bone in reversed(chain):
-        parents = {} if matrix is None else {"parent_matrix": matrix, "parent_matrix_local": rest}
-        rest = bone.bone.matrix_local
-        matrix = bone.bone.convert_local_to_pose(bone.matrix_basis, rest, **parents)
-    return Matrix() if matrix is None else matrix
+def parent_matrix(armature: bpy.types.Object, bones: BoneMap) -> Matrix:
+    """Where the parent of the doll's root was evaluated, with its constraints; (4, 4) of none: identity."""
+    above = bones.bones[bones.root].parent
+    return armature.pose.bones[bones.bones[above].name].matrix.copy() if above >= 0 else Matrix()
 
 
 def mute(armature: bpy.types.Object, names: Iterable[str]) -> None:
-    """Takes constraints and drivers off the bones that the doll moves, and notes in the bones which they were.
+    """Takes constraints and drivers off these bones, which the doll holds, and notes in the bones which they were.
 
     It may be repeated.
     """
-    driven = set(names)
+    held = set(names)
     for bone in armature.pose.bones:
         muted = _noted(bone)
         for constraint in bone.constraints:
-            if not constraint.mute and _reaches(bone, constraint, driven):
+            if not constraint.mute and _reaches(bone, constraint, held):
                 constraint.mute = True
                 muted.append(["constraint", constraint.name])
         _note(bone, muted)
     for curve in armature.animation_data.drivers if armature.animation_data else ():
         path = _TRANSFORM_PATH.fullmatch(curve.data_path)
         name = bpy.utils.unescape_identifier(path["bone"]) if path else None
-        if name in driven and not curve.mute and name in armature.pose.bones:
+        if name in held and not curve.mute and name in armature.pose.bones:
             curve.mute = True
             bone = armature.pose.bones[name]
             _note(bone, [*_noted(bone), ["driver", path["channel"], curve.array_index]])
@@ -134,14 +129,14 @@ def unmute(armature: bpy.types.Object) -> None:
         _note(bone, [])
 
 
-def _reaches(bone: bpy.types.PoseBone, constraint: bpy.types.Constraint, driven: set[str]) -> bool:
-    """Whether it moves a driven bone: chains of inverse kinematics move what is above them."""
-    if bone.name in driven:
+def _reaches(bone: bpy.types.PoseBone, constraint: bpy.types.Constraint, held: set[str]) -> bool:
+    """Whether it moves a held bone: chains of inverse kinematics move what is above them."""
+    if bone.name in held:
         return True
     if constraint.type not in {"IK", "SPLINE_IK"}:
         return False
     length = constraint.chain_count or len(bone.parent_recursive) + 1
-    return any(above.name in driven for above in bone.parent_recursive[: length - 1])
+    return any(above.name in held for above in bone.parent_recursive[: length - 1])
 
 
 def _noted(bone: bpy.types.PoseBone) -> list[list]:

@@ -12,7 +12,7 @@ whatever the bone's roll and axes are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,15 @@ class Bone(NamedTuple):
     name: str
     parent: int  # index of an earlier bone, -1: none
     rest: Floats  # (4, 4), bone -> armature
+
+
+def moved_by(bones: Sequence[Bone], driven: Iterable[int]) -> frozenset[int]:
+    """The driven bones and those that they carry. All others stand where the armature alone puts them."""
+    found = set(driven)
+    for index, bone in enumerate(bones):
+        if bone.parent in found:
+            found.add(index)
+    return frozenset(found)
 
 
 class BoneMap:
@@ -72,6 +81,7 @@ class BoneMap:
                 f"no bone of the armature is a joint of the doll '{character.name}': connect to a server that has "
                 "this character"
             )
+        self.moved = moved_by(bones, self.driven.tolist())
         self._driven_joints = np.array([self._joints[b] for b in self.driven], np.intp)
         self._generations = skeleton.generations(character)
         rest = np.array([joint.rest_rotation for joint in character.joints])
@@ -104,6 +114,17 @@ class BoneMap:
     @property
     def driven_names(self) -> tuple[str, ...]:
         return tuple(self.bones[b].name for b in self.driven)
+
+    @property
+    def holding_names(self) -> tuple[str, ...]:
+        """Of the driven bones and of those between them: what else moves these moves driven ones."""
+        holding = set(self.driven.tolist())
+        for b in self.driven.tolist():
+            above = self.bones[b].parent
+            while above in self.moved:
+                holding.add(above)
+                above = self.bones[above].parent
+        return tuple(self.bones[b].name for b in sorted(holding))
 
     def bone_of_joint(self, joint: int) -> str | None:
         """None for a joint that no bone has the name of."""

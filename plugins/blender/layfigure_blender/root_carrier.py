@@ -34,7 +34,7 @@ class RootCarrier:
 
     @staticmethod
     def _now(armature: bpy.types.Object, bones: BoneMap) -> Floats:
-        return np.array(pose_writing.parent_matrix(armature, bones, bones.root), np.float64)
+        return np.array(pose_writing.parent_matrix(armature, bones), np.float64)
 
 
 def kept_placement(armature: bpy.types.Object) -> Floats:

@@ -182,6 +182,36 @@ def start_keeps_the_pose(_: Path) -> None:
     assert not turn.mute
 
 
+def bones_that_constraints_move_carry_the_doll(_: Path) -> None:
+    """Above its root constraints go on; between its bones they rest, as they would move what the doll holds."""
+    for name, rests in (("control", False), ("lower", True)):
+        world.clear()
+        armature = world.chain(["control", *NAMES])
+        bpy.ops.object.mode_set(mode="EDIT")
+        armature.data.edit_bones["root"].use_connect = False  # a doll's root gives way where it is pinned
+        bpy.ops.object.mode_set(mode="OBJECT")
+        armature.data.bones["control"].use_deform = armature.data.bones[name].use_deform = False
+        target = bpy.data.objects.new("target", None)
+        bpy.context.scene.collection.objects.link(target)
+        target.rotation_euler = (0.3, 0.2, 0.1)
+        turn = armature.pose.bones[name].constraints.new("COPY_ROTATION")
+        turn.target = target
+        before = evaluated(armature)
+        session = world.start(armature)
+        assert set(session.bones.driven_names) == set(NAMES) - {name}
+        assert turn.mute == rests
+        world.settle(session)
+        if not rests:
+            expect_same(evaluated(armature), before)
+        expect_following(session, armature)
+        target.rotation_euler = (0.6, 0.1, -0.4)
+        bpy.context.view_layer.update()
+        world.drag(session, "tip", np.array([0.2, 0.3, -0.2]))
+        expect_following(session, armature)
+        session.stop()
+        assert not turn.mute
+
+
 def running_server_is_joined(folder: Path) -> None:
     """That of another program, with an armature that was imported and moved."""
     first = world.chain(NAMES)
