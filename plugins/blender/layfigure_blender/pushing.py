@@ -45,15 +45,19 @@ class PosePush:
             self.future.set_exception(error)
 
     def _has_arrived(self) -> bool:
-        """Whether the newest pose is of the time since the doll has it; the root is then where its pin holds it."""
+        """Whether the newest pose is of the time since the doll has it; the root is then where its pin holds it.
+
+        That of the very time of the answer may be of before, and does only where no other comes: from a server that
+        somebody steps.
+        """
         sample = self._link.newest
         assert sample is not None
         if self._reply is not None:
             answered_us = self._reply.result().time_us
             self._deadline = min(self._deadline, time.monotonic() + ARRIVAL_TIMEOUT_S)
-            if sample.pose.time_us < answered_us:
-                if time.monotonic() >= self._deadline:
-                    raise NoReplyError("no pose came from the server after its answer")
+            if sample.pose.time_us <= answered_us and time.monotonic() < self._deadline:
                 return False
+            if sample.pose.time_us < answered_us:
+                raise NoReplyError("no pose came from the server after its answer")
         self._bones.place_root(self._wanted, sample.pose)
         return True
