@@ -18,6 +18,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from .control_rigs import why_it_falls_apart
 from .rig import Floats, check_similarity
 
 # The server takes sizes in this range as they are meant; others come out of scenes in other units, and it would change
@@ -54,6 +55,9 @@ def export_character(context: bpy.types.Context, armature: bpy.types.Object, pat
     world = np.array(armature.matrix_world)
     check_similarity(world)
     skins = _skins_of(context, armature)
+    torn = why_it_falls_apart(armature, _deforming_names(skins, armature))
+    if torn is not None:
+        raise ExportError(torn)
     with _temporary_data() as made:
         scene = made.scene()
         meshes = [(skin, mesh) for skin in skins if (mesh := _rest_mesh(skin.source, scene, made)) is not None]
@@ -104,6 +108,13 @@ def _skin_of(candidate: bpy.types.Object, armature: bpy.types.Object) -> _Skin |
             return _Skin(candidate, carried.parent_bone) if carried.parent_bone in armature.data.bones else None
         carried = carried.parent
     return None
+
+
+def _deforming_names(skins: list[_Skin], armature: bpy.types.Object) -> set[str]:
+    """Of the bones that may move the skins."""
+    groups = {group.name for skin in skins if skin.bone is None for group in skin.source.vertex_groups}
+    deforming = {bone.name for bone in armature.data.bones if bone.use_deform and bone.name in groups}
+    return deforming | {skin.bone for skin in skins if skin.bone is not None}
 
 
 def _rest_world(item: bpy.types.Object) -> Matrix:

@@ -153,6 +153,46 @@ def what_cannot_be_a_doll_is_refused(_: Path) -> None:
     assert not bpy.ops.layfigure.start.poll()
 
 
+def rig_of_controls_is_refused(_: Path) -> None:
+    """Those that Rigify generates, of which the doll would be in pieces; the way out that is told is one."""
+    for kind in ("basic_human", "human", "horse"):
+        world.clear()
+        metarig = world.bare_metarig(kind)
+        assert bpy.ops.pose.rigify_generate() == {"FINISHED"}
+        rig = bpy.context.object
+        assert rig != metarig
+        skin = world.box_skin(rig)
+        world.select(rig)
+        start_fails(rig, "'rig' is a rig of controls", "such as 'DEF-", "constraints move", "Rigify's metarig")
+        for bone in rig.pose.bones:
+            for constraint in bone.constraints:
+                constraint.mute = True  # which puts it together no better
+        start_fails(rig, "'rig' is a rig of controls")
+        world.select(metarig)
+        skin.select_set(True)
+        assert bpy.ops.object.parent_set(type="ARMATURE_AUTO") == {"FINISHED"}
+        session = world.start(metarig)
+        world.settle(session)
+        expect_following(session, metarig)
+        session.stop()
+
+
+def parts_that_constraints_keep_in_place_are_taken(_: Path) -> None:
+    """As a shield is kept in a hand; and what hangs together in no way at all."""
+    armature = world.chain([*NAMES, "holder", "shield", "loose"])
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones = armature.data.edit_bones
+    for name in ("holder", "loose"):
+        bones[name].use_connect, bones[name].parent = False, None
+    bpy.ops.object.mode_set(mode="OBJECT")
+    armature.data.bones["holder"].use_deform = False
+    hold = armature.pose.bones["holder"].constraints.new("COPY_ROTATION")
+    hold.target, hold.subtarget = armature, "tip"
+    session = world.start(armature)
+    assert set(session.bones.driven_names) > set(NAMES)
+    session.stop()
+
+
 def server_that_fails_says_why(folder: Path) -> None:
     program = folder / "layfigure-server"
     program.write_text("#!/bin/sh\necho 'layfigure-server: the character has no bones' >&2\nexit 1\n")

@@ -98,14 +98,18 @@ def imported(path: str) -> bpy.types.Object:
 
 def metarig(kind: str) -> bpy.types.Object:
     """One of Rigify's, `human` or `basic_human`, in a skin of boxes."""
+    armature = bare_metarig(kind)
+    box_skin(armature)
+    select(armature)
+    return armature
+
+
+def bare_metarig(kind: str) -> bpy.types.Object:
     import addon_utils  # on the path once bpy is there
 
     addon_utils.enable("rigify", default_set=True)
     getattr(bpy.ops.object, f"armature_{kind}_metarig_add")()
-    armature = bpy.context.object
-    box_skin(armature)
-    select(armature)
-    return armature
+    return bpy.context.object
 
 
 def chain(names: list[str], length: float = 0.3, radius: float = 0.04) -> bpy.types.Object:
