@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from layfigure import LayfigureError
 
@@ -14,6 +15,9 @@ from .live import known_session, live_session, posed_armature, sentence
 from .rig import MisfitError
 from .seen_dolls import is_posable
 from .server import ServerError
+from .session_armature import evaluate
+
+KEPT = 1e-3  # [rad], and of a bone's length: far above single precision, less than is seen
 
 
 class LAYFIGURE_OT_start(bpy.types.Operator):
@@ -48,8 +52,31 @@ class LAYFIGURE_OT_stop(bpy.types.Operator):
         return sessions.active(context) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        sessions.active(context).stop()
+        taken = stop_and_compare(sessions.active(context))
+        if taken:
+            self.report(
+                {"WARNING"},
+                f"Constraints, drivers or keys have moved {len(taken)} bones, such as '{taken[0]}', from where the "
+                "doll had them: mute those to see its pose",
+            )
         return {"FINISHED"}
+
+
+def stop_and_compare(session: sessions.Session) -> list[str]:
+    """Ends the session; the doll's bones that do not keep their pose, as what rested meanwhile moves them again."""
+    armature = session.armature()
+    names = session.bones.driven_names if session.bones is not None else ()
+    driven = [bone for bone in armature.pose.bones if bone.name in names] if armature is not None else []
+    if not driven:
+        session.stop()
+        return []
+    evaluate(armature)
+    shown = np.array([bone.matrix for bone in driven])
+    session.stop()
+    evaluate(armature)
+    away = np.abs(np.array([bone.matrix for bone in driven]) - shown)
+    away[:, :3, 3] /= np.array([[bone.bone.length] for bone in driven])
+    return [bone.name for bone, most in zip(driven, away.max(axis=(1, 2)), strict=True) if most > KEPT]
 
 
 class LAYFIGURE_OT_reconnect(bpy.types.Operator):

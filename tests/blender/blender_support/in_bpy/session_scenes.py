@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 import text_files
 import world
-from layfigure_blender import sessions
+from layfigure_blender import operators_session, sessions
 from mathutils import Euler
 from session_support import (
     NAMES,
@@ -25,6 +25,26 @@ from session_support import (
     expect_same,
     is_running,
 )
+
+
+def stop_tells_which_bones_constraints_take_back(_: Path) -> None:
+    armature = world.chain(NAMES)
+    session = world.start(armature)
+    world.drag(session, "tip", np.array([0.2, 0.3, -0.2]))
+    posed = evaluated(armature)
+    assert operators_session.stop_and_compare(session) == []
+    expect_same(evaluated(armature), posed)
+    moving = constrained(armature)
+    session = world.start(armature)
+    world.drag(session, "tip", np.array([-0.2, 0.3, -0.1]))
+    posed = evaluated(armature)
+    taken = operators_session.stop_and_compare(session)
+    moved = np.abs(evaluated(armature) - posed).max(axis=(1, 2))
+    assert taken == [name for name, most in zip(NAMES, moved, strict=True) if most > 0.01]
+    assert taken
+    for each in moving:
+        each.mute = True
+    expect_same(evaluated(armature), posed)
 
 
 def pose_mode_and_object_mode_are_alike(_: Path) -> None:
