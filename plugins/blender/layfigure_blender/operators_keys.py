@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Sequence
@@ -146,6 +147,8 @@ class LAYFIGURE_OT_record(bpy.types.Operator):
                 bpy.ops.screen.animation_play()
             if LAYFIGURE_OT_record_watch.timer is None:
                 bpy.ops.layfigure.record_watch("INVOKE_DEFAULT")
+        elif not bpy.app.timers.is_registered(finish_unwatched):
+            bpy.app.timers.register(finish_unwatched, first_interval=WATCH_INTERVAL_S)
         return {"FINISHED"}
 
 
@@ -213,8 +216,8 @@ class LAYFIGURE_OT_record_stop(bpy.types.Operator):
         return bool(_recordings)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        active = sessions.active(context)
-        wanted = self.session or (active.id if active is not None else "")
+        active = sessions.active(context) if not self.session else None  # a timer's context may have no object
+        wanted = active.id if active is not None else self.session
         running = _recordings.pop(wanted, None)
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)
@@ -330,6 +333,14 @@ def finish_ended() -> None:
             bpy.ops.layfigure.record_stop("EXEC_DEFAULT", True, session=id_)
 
 
+def finish_unwatched() -> float | None:
+    """A timer, of recordings that were begun without a window, as other programs' scripts do: nothing but their frames
+    ends them, and what does so needs no window."""
+    with contextlib.suppress(RuntimeError):  # what an operator reports, which Blender has told the console
+        finish_ended()
+    return WATCH_INTERVAL_S if _recordings else None
+
+
 # ---------------------------------------------------------------- the fewest keys
 
 
@@ -442,4 +453,6 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     sessions.remove_listener(on_sample)
     LAYFIGURE_OT_record_watch.forget_timer(bpy.context)
+    if bpy.app.timers.is_registered(finish_unwatched):
+        bpy.app.timers.unregister(finish_unwatched)
     on_load()

@@ -9,6 +9,7 @@ import os
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -85,6 +86,27 @@ def recording_ends_where_the_timeline_begins_anew(_: Path) -> None:
     assert not operators_keys.is_recording(session)
     assert {len(curve.keyframe_points) for curve in curves_of(armature)} <= {2, 3}
     assert actions.BoneCurves.find(armature).key_span(set(session.bones.driven_names)).max() <= 3
+
+
+def recording_without_a_window_ends_by_itself(_: Path) -> None:
+    """Begun by a script: there is no window whose events would end it, and no object in a timer's context."""
+    session, armature = live_doll()
+    scene = bpy.context.scene
+    scene.frame_set(1)
+    without_window = SimpleNamespace(object=armature, scene=scene, window=None)
+    assert operators_keys.LAYFIGURE_OT_record.execute(None, without_window) == {"FINISHED"}
+    assert bpy.app.timers.is_registered(operators_keys.finish_unwatched)
+    for frame in (2, 3, 4):
+        scene.frame_set(frame)
+        time.sleep(0.05)
+        sessions.tick()
+        assert operators_keys.finish_unwatched() is not None
+    scene.frame_set(1)
+    assert operators_keys.is_recording(session)
+    bpy.context.view_layer.objects.active = None
+    assert operators_keys.finish_unwatched() is None
+    assert not operators_keys.is_recording(session)
+    assert list(actions.BoneCurves.find(armature).key_span(set(session.bones.driven_names))) == [1, 2, 3, 4]
 
 
 def recorded_armature_that_is_gone(_: Path) -> None:
