@@ -90,16 +90,17 @@ def parent_matrix(armature: bpy.types.Object, bones: BoneMap) -> Matrix:
     return armature.pose.bones[bones.bones[above].name].matrix.copy() if above >= 0 else Matrix()
 
 
-def mute(armature: bpy.types.Object, names: Iterable[str]) -> None:
-    """Takes constraints and drivers off these bones, which the doll holds, and notes in the bones which they were.
+def mute(armature: bpy.types.Object, bones: BoneMap) -> None:
+    """Takes constraints and drivers off the bones that the doll holds, off others that it carries what would tear the
+    skin from it, and notes in the bones which they were.
 
     It may be repeated.
     """
-    held = set(names)
+    held, moved = set(bones.holding_names), {bones.bones[b].name for b in bones.moved}
     for bone in armature.pose.bones:
         muted = _noted(bone)
         for constraint in bone.constraints:
-            if not constraint.mute and _reaches(bone, constraint, held):
+            if not constraint.mute and (_reaches(bone, constraint, held) or _takes_away(bone, constraint, moved)):
                 constraint.mute = True
                 muted.append(["constraint", constraint.name])
         _note(bone, muted)
@@ -137,6 +138,13 @@ def _reaches(bone: bpy.types.PoseBone, constraint: bpy.types.Constraint, held: s
         return False
     length = constraint.chain_count or len(bone.parent_recursive) + 1
     return any(above.name in held for above in bone.parent_recursive[: length - 1])
+
+
+def _takes_away(bone: bpy.types.PoseBone, constraint: bpy.types.Constraint, moved: set[str]) -> bool:
+    """Whether it puts skin that the doll carries where something is that the doll does not carry."""
+    if constraint.type != "COPY_TRANSFORMS" or bone.name not in moved or not bone.bone.use_deform:
+        return False
+    return constraint.target != bone.id_data or constraint.subtarget not in moved
 
 
 def _noted(bone: bpy.types.PoseBone) -> list[list]:

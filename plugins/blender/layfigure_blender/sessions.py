@@ -340,7 +340,7 @@ class Session:
         if self._own is not None:  # another's is left as it is
             self.link.send("set", gravity=NO_GRAVITY)
         self.push_pose()
-        pose_writing.mute(armature, self.bones.holding_names)
+        pose_writing.mute(armature, self.bones)
 
     def _step_transfer(self) -> None:
         arrival = self._transfer.step()
@@ -378,7 +378,7 @@ class Session:
         """After an undo, which brought back what was not muted when its step was made."""
         armature = self.armature()
         if armature is not None and self.bones is not None and self._live:
-            pose_writing.mute(armature, self.bones.holding_names)
+            pose_writing.mute(armature, self.bones)
 
     def _write_place(self) -> None:
         armature = self.armature()

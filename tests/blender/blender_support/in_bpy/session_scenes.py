@@ -47,6 +47,30 @@ def stop_tells_which_bones_constraints_take_back(_: Path) -> None:
     expect_same(evaluated(armature), posed)
 
 
+def bones_that_copy_those_of_a_rig_are_the_dolls_while_it_is_live(_: Path) -> None:
+    """As an armature for a game engine does, also a bone that is no body of the doll."""
+    armature = world.chain([*NAMES, "end"])
+    rig = armature.copy()
+    bpy.context.scene.collection.objects.link(rig)
+    for bone in armature.pose.bones:
+        copy = bone.constraints.new("COPY_TRANSFORMS")
+        copy.target, copy.subtarget = rig, bone.name
+    world.pose_at_random(rig, NAMES, 0.4, 1)
+    before = evaluated(armature)
+    merged = functools.partial(text_files.write_settings, '[joints."end"]\nmerge = true\n')
+    sessions.add_settings_source(lambda _: merged)
+    session = world.start(armature)
+    assert set(session.bones.driven_names) == set(NAMES)
+    world.settle(session)
+    expect_same(evaluated(armature)[:-1], before[:-1])
+    world.drag(session, "tip", np.array([0.2, 0.3, -0.2]))
+    expect_following(session, armature)
+    tip, end = (armature.pose.bones[name] for name in ("tip", "end"))
+    expect_same(np.array(end.matrix), np.array(tip.matrix @ tip.bone.matrix_local.inverted() @ end.bone.matrix_local))
+    assert set(operators_session.stop_and_compare(session)) <= set(NAMES)
+    expect_same(evaluated(armature), before)
+
+
 def pose_mode_and_object_mode_are_alike(_: Path) -> None:
     armature = world.chain(NAMES)
     session = world.start(armature)
