@@ -15,8 +15,10 @@
 /// step's beginning a body turns by exp(h w) but for an angle of h^2 e,
 ///     e <= sum over its joints up to the root of |w_rel| |w| / 2  (+ |u|^2 / 4 at an anisotropic joint),
 /// because |exp(a) exp(b) - exp(a + b)| <= |a x b| / 2. A link r of the doll's skeleton that carries the mass m then
-/// ends at most m |r| h^2 (w^2 / 2 + e) off the way of its velocity, and the body gains at most
-///     h^2 (|w x L| + h e |L|)^2 / (2 I_min) + h^2 e |w| |L|.
+/// ends at most m |r| h^2 (w^2 / 2 + e) off the way of its velocity. The body gains the work w d of the change d of the
+/// angular momentum that it sees and d I^-1 d / 2. Turning about w alone changes neither w L nor d by more than h |w x
+/// L|, so that the gain is at most
+///     h^2 (|w x L| + h e |L|)^2 / (2 I_min) + h^2 e |w x L| + h^4 e^2 |w| |L| / 2.
 namespace layfigure::dynamics {
 
 /// Constants of the bound, slot by slot; all 0 in an idle lane.
@@ -38,6 +40,7 @@ struct BoundSums {
   T levers{0.0};       ///< G / (h^2 |g|)
   T angle{0.0};        ///< bound of every e
   T spin{0.0};         ///< sum |w| |L|
+  T gyration{0.0};     ///< sum |w x L|
   T turning{0.0};      ///< sum |w x L|^2 / I_min
   T momentum{0.0};     ///< sum |L|^2 / I_min
   T noise{0.0};        ///< what rounding makes of stiff joints' work
@@ -58,7 +61,9 @@ inline void add_to_bound(const BoundConstants<T>& bound, const Constants<T>& bod
   sums.levers = sums.levers + (T(0.5) * bound.lever * w2 + bound.levers * angle);
   sums.angle = sums.angle + angle;
   sums.spin = sums.spin + bound.largest_moment * w2;
-  sums.turning = sums.turning + bound.inverse_smallest * dot(gyration, gyration);
+  const T gyration2 = dot(gyration, gyration);
+  sums.gyration = sums.gyration + math::square_root(gyration2);
+  sums.turning = sums.turning + bound.inverse_smallest * gyration2;
   sums.momentum = sums.momentum + bound.inverse_smallest * dot(momentum, momentum);
   sums.noise = sums.noise + (a.x + a.y + a.z) * product;
 }
@@ -70,8 +75,10 @@ constexpr double kTorqueRounding = 1e-13;
 template <class T>
 inline bool surely_dissipative(const BoundSums<T>& sums, double h, double gravity) {
   const double angle = math::total(sums.angle);
+  const double square = h * h * angle * angle;
   const double created = gravity * math::total(sums.levers) + math::total(sums.turning) +
-                         h * h * angle * angle * math::total(sums.momentum) + angle * math::total(sums.spin);
+                         square * math::total(sums.momentum) + angle * math::total(sums.gyration) +
+                         0.5 * square * math::total(sums.spin);
   const double lost = 0.5 * math::total(sums.linear_loss) + 0.5 * h * h * math::total(sums.spring_loss);
   return h * h * created + kTorqueRounding * h * math::total(sums.noise) <= lost;
 }
