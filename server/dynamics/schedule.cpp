@@ -10,9 +10,10 @@ constexpr int kNone = -1;
 
 }  // namespace
 
-/// The highest first, then copy by copy and in tree order, so that the schedule is the same every time.
+/// The highest first, then in tree order and copy by copy, so that copies of a body, whose children are as high too, go
+/// side by side.
 bool Schedule::Ready::operator<(const Ready& other) const {
-  return std::tie(height, other.copy, other.body) < std::tie(other.height, copy, body);
+  return std::tie(height, other.body, other.copy) < std::tie(other.height, body, copy);
 }
 
 Schedule::Schedule(const std::vector<int>& parents, int copies, int lanes)

@@ -81,6 +81,12 @@ TEST(Schedule, RandomTrees_ChildrenInTreeOrderAndWholeWhereTheirLanesAgree) {
   }
 }
 
+TEST(Schedule, FourCopiesOfABranchedTree_StayInTheirLanes) {
+  const Schedule schedule({-1, 0, 1, 0, 3, 4, 0, 6}, 4, 4);
+  EXPECT_EQ(schedule.size(), 8);
+  for (int slot = 0; slot < schedule.size(); ++slot) EXPECT_TRUE(schedule.aligned(slot));
+}
+
 TEST(Schedule, FourCopiesOfAChain_StayInTheirLanes) {
   std::vector<int> parents;
   for (int i = 0; i < 30; ++i) parents.push_back(i - 1);
