@@ -209,7 +209,7 @@ inline Balance measure(const StepContext& context, const Plan<T>& plan, const st
   Balance balance;
   for (int slot = 0; slot < slots; ++slot) {
     const EnergyConstants<T>& energy = records.constants[slot];
-    const Bodies<T>& before = nodes[slot].now;
+    const Bodies<T> before = read_bodies(context, plan, slot);
     const Bodies<T> after = read_moved_bodies(context, plan, slot);
     const Vec3<T> shift = move(context, plan, nodes, slot, after, records.moved);
     add_kinetic(energy, nodes[slot], before, after, records.moved[slot], sums);

@@ -40,11 +40,15 @@ inline void add_loads(const StepContext& context, const Plan<T>& plan, int slot,
 template <class T>
 inline void update_strain(const Constants<T>& body, const Bodies<T>& now, const Mat3<T>& R, Node<T>& node) {
   const Quat<T> elastic = conjugate(now.rest) * now.rotation;
-  node.strain = log_rotation(elastic);
-  node.axes = R;
+  const Vec3<T> strain = log_rotation(elastic);
   node.skewed = !body.isotropic;
-  if (body.isotropic) return;
-  node.strain = rotate(conjugate(body.section), node.strain);
+  if (body.isotropic) {
+    node.axes = R;
+    node.elastic_torque = times(body.stiffness, strain);
+    return;
+  }
+  node.strain = rotate(conjugate(body.section), strain);
+  node.elastic_torque = times(body.stiffness, node.strain);
   const StrainRate<T> rate = strain_rate(elastic, node.strain, body.anisotropic);
   const Mat3<T> section = matrix(node.orientation * body.section);
   node.axes = section * rate.B_transposed;
@@ -56,7 +60,6 @@ template <class T>
 inline void update_law(FlowLaw kind, const Constants<T>& body, const Bodies<T>& now, Node<T>& node) {
   const T& h = node.h;
   node.law.gain = scaled(body.stiffness, h) + body.damping;
-  node.elastic_torque = times(body.stiffness, node.strain);
   node.elastic = true;
   if (!body.flows) return;
   node.law.inverse_shape = body.inverse_shape;
@@ -73,8 +76,13 @@ template <class T>
 inline void update_kinematics(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
   const Constants<T>& body = plan.constants[slot];
   Node<T>& node = nodes[slot];
-  node.now = read_bodies(context, plan, slot);
-  const Bodies<T>& now = node.now;
+  const Bodies<T> now = read_bodies(context, plan, slot);
+  node.before = {.rotation = now.rotation,
+                 .rest = now.rest,
+                 .linear_momentum = now.linear_momentum,
+                 .flow = now.flow,
+                 .yield_scale = now.yield_scale,
+                 .limit_slack = now.limit_slack};
   node.h = step_lengths(context, plan, slot);
   node.held = node.driven = false;
   const Quat<T> carrier = orientations_of_parents(plan, nodes, slot);
@@ -322,7 +330,7 @@ inline Vec3<T> flow_rate(const Node<T>& node, const Vec3<T>& trial, const Vec3<T
 /// an anisotropic joint's strain.
 template <class T>
 inline Quat<T> strained(const Constants<T>& body, const Node<T>& node, const Vec3<T>& w) {
-  const Quat<T> elastic = conjugate(node.now.rest) * node.now.rotation;
+  const Quat<T> elastic = conjugate(node.before.rest) * node.before.rotation;
   if (body.isotropic) return elastic * math::exp_rotation(scaled(w, node.h));
   const Vec3<T> turn = scaled(w, node.h);
   const Quat<T> by_rate = math::exp_rotation(rotate(body.section, node.strain + turn));
@@ -344,10 +352,10 @@ inline void flow(const Constants<T>& body, const Node<T>& node, const Vec3<T>& t
   const T work = node.h * dot(torque, w_d);
   const T norm = math::square_root(squared_norm(node.law, torque));
   const auto some = flowing && norm > T(0.0);
-  next.flow = node.now.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
+  next.flow = node.before.flow + math::select(some, work / math::select(some, norm, T(1.0)), T(0.0));
   losses.flow = losses.flow + math::select(flowing && body.reported > T(0.0), work, T(0.0));
   const Quat<T> elastic = strained(body, node, node.w_PB - w_d);
-  next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), node.now.rest);
+  next.rest = math::select(flowing, renormalized(next.rotation * conjugate(elastic)), node.before.rest);
 }
 
 /// Work that the loads do on a slot's bodies, `velocity` being that of the com.
@@ -375,9 +383,12 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
                 Losses<T>& losses, BoundSums<T>* bound) {
   const Constants<T>& body = plan.constants[slot];
   const Node<T>& node = nodes[slot];
-  const Bodies<T>& now = node.now;
-  Bodies<T> next = now;
-  if (body.limited) next.limit_slack = remaining_slack(node);
+  const Before<T>& now = node.before;
+  Bodies<T> next;
+  next.rest = now.rest;
+  next.flow = now.flow;
+  next.yield_scale = now.yield_scale;
+  next.limit_slack = body.limited ? remaining_slack(node) : now.limit_slack;
   next.rotation = renormalized(body.isotropic ? now.rotation * math::exp_rotation(scaled(node.w_PB, node.h))
                                               : now.rest * strained(body, node, node.w_PB));
   const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);

@@ -21,34 +21,34 @@ using math::Vec3;
 /// What the solver needs of the bodies, each with those that ride on it (rigid_groups.h), in one cache-friendly record
 /// per slot.
 template <class T>
-struct Constants {
-  T mass;
-  Quat<T> mount;   ///< of the joint's own parent in the frame of what carries it
-  Vec3<T> anchor;  ///< in that frame
-  Vec3<T> com;
-  // I = inertia 1 + u u^T + v v^T about the com, in the body's axes: always symmetric and positive semidefinite.
-  T inertia;
-  Vec3<T> u;
-  Vec3<T> v;
-  // the joint's law in the axes of its section
-  Quat<T> section;  ///< R_BS
-  Vec3<T> stiffness;
-  Vec3<T> damping;
-  Vec3<T> inverse_shape;
-  T flow_damping;
-  T yield;
-  T hardening;
-  T free;          ///< 1 for a root that no joint holds
-  T fixed;         ///< 1 for a root that is welded to the world
-  T unlimited;     ///< infinite where the joint has no limits, 0 elsewhere
-  T anisotropic;   ///< 1 where the joint's law differs between the axes, 0 elsewhere
-  T reported;      ///< 1 for bodies of the last copy, whose work a step reports, 0 elsewhere
+struct alignas(64) Constants {
   bool mounted;    ///< some lane's mount is not the identity
   bool based;      ///< some lane's body hangs on the world
   bool roots;      ///< some lane is free or fixed
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits
   bool isotropic;  ///< every lane's law is the same in all directions
+  T mass;
+  T reported;      ///< 1 for bodies of the last copy, whose work a step reports, 0 elsewhere
+  Vec3<T> anchor;  ///< in the frame of what carries the joint's own parent
+  Vec3<T> com;
+  // I = inertia 1 + u u^T + v v^T about the com, in the body's axes: always symmetric and positive semidefinite.
+  T inertia;
+  Vec3<T> u;
+  Vec3<T> v;
+  // the joint's law in the axes of its section
+  Vec3<T> stiffness;
+  Vec3<T> damping;
+  Vec3<T> inverse_shape;
+  T flow_damping;
+  T yield;
+  T hardening;
+  T unlimited;      ///< infinite where the joint has no limits, 0 elsewhere
+  T anisotropic;    ///< 1 where the joint's law differs between the axes, 0 elsewhere
+  T free;           ///< 1 for a root that no joint holds
+  T fixed;          ///< 1 for a root that is welded to the world
+  Quat<T> section;  ///< R_BS
+  Quat<T> mount;    ///< of the joint's own parent in the frame of what carries it
 };
 
 /// Articulated inertia [[A, H], [H^T, M]] and momentum target (b_angular, b_linear) of a body, or what a child adds to
@@ -87,54 +87,67 @@ struct alignas(32) LaneRows {
 /// Rows that hold an Articulated of one lane.
 constexpr int kArticulatedRows = 7;
 
-/// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said.
+/// What a base step needs of the bodies' states to the end.
 template <class T>
-struct Node {
-  T h;            ///< length of the step
-  Bodies<T> now;  ///< before it
+struct Before {
+  Quat<T> rotation;
+  Quat<T> rest;
+  Vec3<T> linear_momentum;
+  T flow;
+  T yield_scale;
+  T limit_slack;
+};
+
+/// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said. What every
+/// step uses comes first, and side by side what is used together: a step's time goes to the caches as much as to sums.
+template <class T>
+struct alignas(64) Node {
+  T h;              ///< length of the step
+  bool held;        ///< couplings hold some lane's body
+  bool driven;      ///< drives turn some lane's joint
+  bool elastic;     ///< linearised below yield in every lane
+  bool skewed;      ///< axes and motion differ
+  bool in_section;  ///< the factor is in section axes
+  Before<T> before;
   // kinematics
   Quat<T> orientation;
-  Mat3<T> axes;    ///< of the joint's section: a torque of the law is axes t, u = axes^T (w_WB - W) its velocity
-  Mat3<T> motion;  ///< the inverse of axes^T, w_WB - W = motion u, where the law is not the same in all directions
-  Vec3<T> r;       ///< from the parent's origin
-  Vec3<T> c;       ///< from the origin to the com
+  Mat3<T> axes;  ///< of the joint's section: a torque of the law is axes t, u = axes^T (w_WB - W) its velocity
+  Vec3<T> r;     ///< from the parent's origin
+  Vec3<T> c;     ///< from the origin to the com
   Vec3<T> u;
   Vec3<T> v;
   // momenta that the bodies would have if nothing held them, about the com
   Vec3<T> target_linear;
   Vec3<T> target_angular;
-  bool held;              ///< couplings hold some lane's body ...
-  Articulated<T> spring;  ///< ... and add this
   // factor: angular velocity = y + P W - B V from the parent's velocity W, V carried to this joint
   Mat3<T> P;
   Mat3<T> B;
   Vec3<T> y;
-  Articulated<T> root;  ///< of the lanes that hold free roots
   // velocities of the body
   Vec3<T> w_WB;
   Vec3<T> v_WB;
+  Vec3<T> w_PB;  ///< relative to the parent, section axes: an angular velocity, or the strain's rate if anisotropic
+  // joint law, section axes
+  Vec3<T> elastic_torque;  ///< K_f q_f[n]
+  StepLaw<T> law;
+  Vec3<T> trial;         ///< s at which the law is linearised ...
+  Return<T> linearized;  ///< ... and what it gave
+  // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
+  Vec3<T> iterate;
+  Vec3<T> affine;
+  T slack;  ///< the joint can turn by this before its limits matter [rad]
+  // where the law is not the same in all directions
+  Vec3<T> strain;  ///< q_f[n], section axes
+  Mat3<T> motion;  ///< the inverse of axes^T, w_WB - W = motion u
+  // what drives add to the law: gain and residual, section axes
+  Sym3<T> drive_gain;
+  Vec3<T> drive_residual;
+  Articulated<T> spring;  ///< what couplings add
+  Articulated<T> root;    ///< of the lanes that hold free roots
   // for other slots
   LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints; in packs if `whole`
   LaneRows<T, 1> orientation_rows;
   LaneRows<T, 2> velocity_rows;  ///< w_WB, v_WB
-  // joint law, section axes
-  StepLaw<T> law;
-  Vec3<T> strain;          ///< q_f[n]
-  Vec3<T> elastic_torque;  ///< K_f q_f[n]
-  Vec3<T> w_PB;            ///< relative to the parent: an angular velocity, or the strain's rate if anisotropic
-  Vec3<T> trial;           ///< s at which the law is linearised ...
-  Return<T> linearized;    ///< ... and what it gave
-  // what drives add to the law: gain and residual, section axes
-  bool driven;
-  Sym3<T> drive_gain;
-  Vec3<T> drive_residual;
-  T slack;  ///< the joint can turn by this before its limits matter [rad]
-  // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
-  Vec3<T> iterate;
-  Vec3<T> affine;
-  bool elastic;     ///< linearised below yield in every lane
-  bool skewed;      ///< axes and motion differ
-  bool in_section;  ///< the factor is in section axes
 };
 
 template <class T>
