@@ -14,6 +14,23 @@ add_library(layfigure::flags ALIAS layfigure_flags)
 target_compile_options(layfigure_flags INTERFACE -Wall -Wextra -Wconversion -Wno-sign-conversion -Wshadow
                                                  -Wno-psabi -ffp-contract=off -fno-math-errno -fno-trapping-math)
 
+# layfigure_known_options(TARGET SCOPE flag...)
+# adds those flags that the compiler knows.
+include(CheckCXXCompilerFlag)
+function(layfigure_known_options target scope)
+  foreach(flag ${ARGN})
+    string(MAKE_C_IDENTIFIER "LAYFIGURE_KNOWS${flag}" known)
+    check_cxx_compiler_flag(${flag} ${known})
+    if(${known})
+      target_compile_options(${target} ${scope} ${flag})
+    endif()
+  endforeach()
+endfunction()
+
+# Structs of packs (math/lanes.h) are copied pack by pack: a pack that was written in smaller pieces and is then read
+# whole waits until the pieces have left the processor's store buffer, and so do packs that are read two at a time.
+layfigure_known_options(layfigure_flags INTERFACE -mmove-max=256 -mstore-max=256 -mprefer-vector-width=256)
+
 # layfigure_library(NAME SOURCES file... USES target... [PRIVATE_USES target...])
 # makes the static library layfigure_NAME, alias layfigure::NAME, that exports ./include alone.
 function(layfigure_library name)
