@@ -117,16 +117,6 @@ inline Articulated<T> shifted(const Articulated<T>& child, const Vec3<T>& r) {
           S, M, child.b_angular + cross(r, child.b_linear), child.b_linear};
 }
 
-template <class T>
-inline Articulated<T>& operator+=(Articulated<T>& sum, const Articulated<T>& child) {
-  sum.A += child.A;
-  sum.H += child.H;
-  sum.M += child.M;
-  sum.b_angular += child.b_angular;
-  sum.b_linear += child.b_linear;
-  return sum;
-}
-
 /// Velocity of a free root: [[A, H], [H^T, M]] [w; v] = [b_a; b_l].
 template <class T>
 inline void solve_free_root(const Articulated<T>& root, Vec3<T>& w_WB, Vec3<T>& v_WB) {

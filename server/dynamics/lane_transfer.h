@@ -97,22 +97,36 @@ inline Velocities<T> velocities_of_parents(const Plan<T>& plan, const std::vecto
   return {{w.a, w.b, w.c}, {v.a, v.b, v.c}};
 }
 
-constexpr int kArticulatedNumbers = 27;
-static_assert(sizeof(Articulated<double>) == kArticulatedNumbers * sizeof(double));
-static_assert(kArticulatedNumbers == 4 * kArticulatedRows - 1);
+/// The numbers of an Articulated in rows of four, as `passed` keeps those of one lane. Written out, so that what is in
+/// registers stays there.
+template <class T>
+inline std::array<math::Quad<T>, kArticulatedRows> rows_of(const Articulated<T>& a) {
+  return {{{a.A.xx, a.A.xy, a.A.xz, a.A.yy},
+           {a.A.yz, a.A.zz, a.H.xx, a.H.xy},
+           {a.H.xz, a.H.yx, a.H.yy, a.H.yz},
+           {a.H.zx, a.H.zy, a.H.zz, a.M.xx},
+           {a.M.xy, a.M.xz, a.M.yy, a.M.yz},
+           {a.M.zz, a.b_angular.x, a.b_angular.y, a.b_angular.z},
+           {a.b_linear.x, a.b_linear.y, a.b_linear.z, T(0.0)}}};
+}
+template <class T>
+inline Articulated<T> from_rows(const std::array<math::Quad<T>, kArticulatedRows>& r) {
+  return {.A = {r[0].a, r[0].b, r[0].c, r[0].d, r[1].a, r[1].b},
+          .H = {r[1].c, r[1].d, r[2].a, r[2].b, r[2].c, r[2].d, r[3].a, r[3].b, r[3].c},
+          .M = {r[3].d, r[4].a, r[4].b, r[4].c, r[4].d, r[5].a},
+          .b_angular = {r[5].b, r[5].c, r[5].d},
+          .b_linear = {r[6].a, r[6].b, r[6].c}};
+}
 
 /// Keeps what a slot's bodies add to their parents.
 template <class T>
 inline void pass_to_parents(const Plan<T>& plan, int slot, const Articulated<T>& up, Node<T>& node) {
-  const T* const from = reinterpret_cast<const T*>(&up);
   if (plan.schedule.passed_whole(slot)) {
-    std::copy_n(from, kArticulatedNumbers, reinterpret_cast<T*>(&node.passed));
+    node.passed_whole = up;
     return;
   }
-  for (int row = 0; row < kArticulatedRows; ++row) {
-    const T* const at = from + 4 * row;
-    keep_row<T>({at[0], at[1], at[2], row + 1 < kArticulatedRows ? at[3] : T(0.0)}, node.passed, row);
-  }
+  const auto rows = rows_of(up);
+  for (int row = 0; row < kArticulatedRows; ++row) keep_row(rows[row], node.passed, row);
 }
 
 /// The sums of what the children of one lane's body have passed on.
@@ -136,24 +150,19 @@ inline void sum_children(const std::vector<Node<T>>& nodes, std::span<const int>
 template <class T>
 inline void add_children(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Articulated<T>& own) {
   const Schedule& schedule = plan.schedule;
-  T* const to = reinterpret_cast<T*>(&own);
   if (schedule.adds_whole(slot)) {
     for (const int place : schedule.children(slot, schedule.busy_lane(slot))) {
-      const T* const from = reinterpret_cast<const T*>(&nodes[place / kLanes<T>].passed);
-      for (int j = 0; j < kArticulatedNumbers; ++j) to[j] = to[j] + from[j];
+      own += nodes[place / kLanes<T>].passed_whole;
     }
     return;
   }
   std::array<std::array<math::Lanes4, kArticulatedRows>, kLanes<T>> sums;
   for (int k = 0; k < kLanes<T>; ++k) sum_children(nodes, schedule.children(slot, k), sums[k]);
+  std::array<math::Quad<T>, kArticulatedRows> rows;
   for (int row = 0; row < kArticulatedRows; ++row) {
-    const math::Quad<T> sum = math::gather<T>([&](int k) { return math::numbers(sums[k][row]); });
-    T* const at = to + 4 * row;
-    at[0] = at[0] + sum.a;
-    at[1] = at[1] + sum.b;
-    at[2] = at[2] + sum.c;
-    if (row + 1 < kArticulatedRows) at[3] = at[3] + sum.d;
+    rows[row] = math::gather<T>([&](int k) { return math::numbers(sums[k][row]); });
   }
+  own += from_rows(rows);
 }
 
 // --- the bodies' states ----------------------------------------------------------------------------------------------

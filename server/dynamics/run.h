@@ -62,6 +62,16 @@ struct Articulated {
   Vec3<T> b_linear;
 };
 
+template <class T>
+inline Articulated<T>& operator+=(Articulated<T>& sum, const Articulated<T>& child) {
+  sum.A += child.A;
+  sum.H += child.H;
+  sum.M += child.M;
+  sum.b_angular += child.b_angular;
+  sum.b_linear += child.b_linear;
+  return sum;
+}
+
 /// The state of the body in each lane; that of an idle lane is some body's.
 template <class T>
 struct Bodies {
@@ -145,7 +155,8 @@ struct alignas(64) Node {
   Articulated<T> spring;  ///< what couplings add
   Articulated<T> root;    ///< of the lanes that hold free roots
   // for other slots
-  LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints; in packs if `whole`
+  LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints ...
+  Articulated<T> passed_whole;           ///< ... or this, if the schedule passes the slot's whole
   LaneRows<T, 1> orientation_rows;
   LaneRows<T, 2> velocity_rows;  ///< w_WB, v_WB
 };
