@@ -438,7 +438,10 @@ inline void commit_all(const StepContext& context, const Plan<T>& plan, const st
   work.flow += math::total(losses.flow);
   report.finite = math::all(probe == T(0.0));
   if (!bounded) return;
-  report.dissipative = surely_dissipative(bound, context.copies[0].h, std::sqrt(dot(context.gravity, context.gravity)));
+  const double h = context.copies[0].h;
+  const double most = std::sqrt(dot(context.gravity, context.gravity)) * math::total(bound.levers);
+  report.dissipative =
+      surely_dissipative(bound, h, most) || surely_dissipative(bound, h, signed_gain(context.gravity, plan, nodes));
 }
 
 template <class T>

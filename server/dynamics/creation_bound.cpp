@@ -14,7 +14,8 @@ void set_body(const Model& model, const RigidGroups& groups, int index, const Le
   const bool jointed = group.parent >= 0;
   const bool ball = jointed || model.root() == RootKind::kBall;
   math::set_lane(bound.inverse_mass, k, 1.0 / group.mass);
-  math::set_lane(bound.lever, k, levers.own[index]);
+  math::set_lane(bound.moment, k, levers.moments[index]);
+  math::set_lane(bound.lever, k, levers.moments[index].norm());
   math::set_lane(bound.levers, k, levers.behind[index]);
   math::set_lane(bound.largest_moment, k, group.inertia.moments[2]);
   math::set_lane(bound.inverse_smallest, k, 1.0 / group.inertia.moments[0]);
@@ -25,24 +26,24 @@ void set_body(const Model& model, const RigidGroups& groups, int index, const Le
 }  // namespace
 
 Levers::Levers(const RigidGroups& groups)
-    : carried(groups.parents().size()), own(carried.size()), behind(carried.size()) {
+    : carried(groups.parents().size()), moments(carried.size()), behind(carried.size()) {
   measure(groups);
 }
 
 void Levers::measure(const RigidGroups& groups) {
   std::fill(carried.begin(), carried.end(), 0.0);
-  std::fill(own.begin(), own.end(), 0.0);
   std::fill(behind.begin(), behind.end(), 0.0);
+  std::fill(moments.begin(), moments.end(), Eigen::Vector3d::Zero());
   const std::vector<int>& carriers = groups.carriers();
   for (auto carrier = carriers.rbegin(); carrier != carriers.rend(); ++carrier) {
     const int i = *carrier;
     const RigidGroup& group = groups.group(i);
     carried[i] += group.mass;
-    own[i] += group.mass * group.com.norm();
-    behind[i] += own[i];
+    moments[i] += group.mass * group.com;
+    behind[i] += moments[i].norm();
     if (group.parent < 0) continue;
     carried[group.parent] += carried[i];
-    own[group.parent] += carried[i] * group.anchor.norm();
+    moments[group.parent] += carried[i] * group.anchor;
     behind[group.parent] += behind[i];
   }
 }
