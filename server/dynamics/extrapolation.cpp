@@ -158,8 +158,10 @@ void extrapolate(Workspace::Data& data, int order) {
 
 void take_result(Workspace::Data& data, int order, double length, State& state, StepReport& report) {
   const std::vector<int>& carriers = data.groups.carriers();
+  const std::vector<Rider>& riders = data.groups.riders();
   std::vector<BodyState>& result = data.runs[order - 1];
-  if (carriers.size() == state.bodies.size()) {
+  if (riders.size() < carriers.size()) {
+    for (const Rider& rider : riders) result[rider.body] = state.bodies[rider.body];
     std::swap(state.bodies, result);
   } else {
     for (const int i : carriers) state.bodies[i] = result[i];
@@ -169,7 +171,7 @@ void take_result(Workspace::Data& data, int order, double length, State& state, 
   const std::vector<ConstraintMemory>& memory = data.constraints[order - 1].memory();
   state.constraints.assign(memory.begin(), memory.end());
   for (const int i : carriers) report.yielding += state.bodies[i].yielding ? 1 : 0;
-  report.asleep = static_cast<int>(data.groups.riders().size());
+  report.asleep = static_cast<int>(riders.size());
 }
 
 double extrapolation_error(const Workspace::Data& data, int order) {

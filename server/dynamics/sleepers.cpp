@@ -298,12 +298,14 @@ bool Sleepers::let_sleep(const Model& model, const State& state) {
   return differs_from(state);
 }
 
+/// Compared by squares; the turn by the chord between the quaternions, which is half the angle.
 bool Sleepers::is_still(int index, const BodyState& before, const BodyState& after, double h, double angle) const {
   const Joint& joint = joints_[index];
   const double settling = after.yielding ? joint.flow_settling : joint.settling;
-  const double turn = 2.0 * (before.rotation.conjugate() * after.rotation).vec().norm();
   const double most = kStillShare * angle * h;
-  return turn * settling <= most && (after.position - before.position).norm() * kDwell <= reach_ * most;
+  const double chord2 = (after.rotation.coeffs() - before.rotation.coeffs()).squaredNorm();
+  if (!(4.0 * chord2 * settling * settling <= most * most)) return false;
+  return (after.position - before.position).norm() * kDwell <= reach_ * most;
 }
 
 void Sleepers::count_rest(const Model& model, const std::vector<BodyState>& before, double h, double angle,
