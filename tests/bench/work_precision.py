@@ -53,7 +53,7 @@ class Effort:
 
 
 FULL = Effort(
-    step_lengths(14, 2.0),
+    step_lengths(17, 2.0),
     limit_s=1.2,
     reference_h=5e-4,
     reference_limit_s=8.0,
@@ -62,7 +62,7 @@ FULL = Effort(
     subjects={"cost": (), "contact": (), "skip": (), "haptics": (), "stress": (), "latency": ()},
 )
 QUICK = Effort(
-    step_lengths(6, 4.0),
+    step_lengths(7, 4.0),
     limit_s=0.2,
     reference_h=1e-3,
     reference_limit_s=0.6,

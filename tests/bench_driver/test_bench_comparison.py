@@ -6,19 +6,19 @@ import csv
 import importlib
 import json
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from layfigure_bench import plots
+from layfigure_bench import cost, plots
 from layfigure_bench.comparison import Point, agreement, compare, front, least_work, point_of
 from layfigure_bench.cost import CostPoint, slopes
 from layfigure_bench.engine import Run, StoredScene
 from layfigure_bench.ladder import Reference
 from layfigure_bench.programs import OWN, run_of
 from layfigure_bench.report import Results, SceneResult, scene_section, write_results, write_tables
-from layfigure_bench.scenes import Chain, Scene, exponential
+from layfigure_bench.scenes import Chain, Scene, exponential, hanging
 
 
 def point(family: str, cpu_s: float, error: float, h: float = 0.01) -> Point:
@@ -95,6 +95,41 @@ def test_agreement_finds_the_least_error_and_the_order() -> None:
 def test_slopes_of_a_linear_and_a_quadratic_cost() -> None:
     costs = [CostPoint(f"chain-{n}", n, name, n**p) for n in (10, 100, 1000) for name, p in (("a", 1), ("b", 2))]
     assert slopes([*costs, CostPoint("doll-52", 52, "a", 1e9)]) == pytest.approx({"a": 1.0, "b": 2.0})
+
+
+@dataclass
+class TurningEngine:
+    """Each run takes longer than the last."""
+
+    name: str
+    order: list[str]
+    family: str = OWN
+
+    def run(self, stored: StoredScene, h: float, limit_s: float) -> Run | None:
+        self.order.append(self.name)
+        return Run(h, 1000, 1e-3 * len(self.order) ** 2, np.zeros((2, 3)), 0.0, finite=True)
+
+
+def test_costs_are_medians_of_rounds_in_which_all_take_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    turns: list[str] = []
+    monkeypatch.setattr(cost, "own_engine", lambda _programs, order: TurningEngine(f"order {order}", turns))
+    monkeypatch.setattr(cost, "pinocchio_timer", lambda _scene: {"peer": lambda: 7.0})
+    costs = cost.measure_costs([hanging("chain", Chain(2))], tmp_path, tmp_path)
+    assert turns == ["order 1", "order 4"] * cost.ROUNDS
+    middle = 2 * (cost.ROUNDS // 2)
+    assert [(c.scene, c.bodies, c.engine) for c in costs] == [("chain", 2, e) for e in ("order 1", "order 4", "peer")]
+    assert [c.us_per_step for c in costs] == pytest.approx([(middle + 1) ** 2, (middle + 2) ** 2, 7.0])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cost_of_an_engine_that_gives_up_is_an_error(tmp_path: Path) -> None:
+    class Slow(TurningEngine):
+        def run(self, stored: StoredScene, h: float, limit_s: float) -> Run | None:
+            return None
+
+    stored = StoredScene(hanging("chain", Chain(2)), tmp_path / "scene.json")
+    with pytest.raises(RuntimeError, match="chain: slow took too long"):
+        cost.us_per_step(Slow("slow", []), stored)
 
 
 def test_run_of_null_is_not_finite() -> None:

@@ -37,8 +37,15 @@ class FakeEngine:
         return Run(h, round(1.0 / h), cpu_s, com, 0.0, finite=h <= self.unstable_above)
 
 
-def test_step_lengths_begin_at_a_tenth_and_shrink_by_the_factor() -> None:
-    assert step_lengths(3, 4.0) == pytest.approx([0.1, 0.025, 0.00625])
+def test_step_lengths_begin_at_the_longest_and_shrink_by_the_factor() -> None:
+    assert step_lengths(3, 4.0) == pytest.approx([1.0, 0.25, 0.0625])
+
+
+def test_climb_leaves_out_steps_longer_than_the_scene() -> None:
+    short = StoredScene(hanging("chain", Chain(2), duration=0.5), Path("unused.json"))
+    engine = FakeEngine()
+    climb(engine, short, [1.0, 0.5, 0.25], limit_s=1.0)
+    assert engine.asked == [0.5, 0.25]
 
 
 def test_climb_stops_before_the_step_that_would_take_too_long() -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import contextlib
+import functools
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from layfigure_bench.engine import StoredScene
+from layfigure_bench.engine import Engine, StoredScene
 from layfigure_bench.programs import own_engine
 from layfigure_bench.scenes import Chain, Scene, hanging, save
 
@@ -19,6 +22,7 @@ STEP = 1e-3
 # Bodies stepped in a run: some 20 ms of the base step, so that a run is neither noise nor long.
 BODY_STEPS = 300_000
 FEWEST_STEPS = 30
+ROUNDS = 5
 LIMIT_S = 60.0
 # Pinocchio allocates third-order tensors over all joints, several gigabytes for 300 bodies.
 MOST_PINOCCHIO_BODIES = 100
@@ -41,40 +45,46 @@ def chains() -> list[Scene]:
 
 
 def measure_costs(scenes: Iterable[Scene], programs: Path, folder: Path) -> list[CostPoint]:
-    """Our base step and order 4, with Pinocchio's forward dynamics where it is installed and fits."""
+    """Our base step and order 4, with Pinocchio's forward dynamics where it is installed and fits.
+
+    The median of several rounds in which all take turns: the processor's clock changes within seconds.
+    """
     costs = []
     for scene in scenes:
-        costs += own_costs(scene, programs, folder)
-        costs += pinocchio_costs(scene)
+        with timed_engines(scene, programs, folder) as engines:
+            rounds = [[measure() for measure in engines.values()] for _ in range(ROUNDS)]
+        medians = map(statistics.median, zip(*rounds, strict=True))
+        costs += [CostPoint(scene.name, len(scene.bodies), name, us) for name, us in zip(engines, medians, strict=True)]
     return costs
 
 
-def own_costs(scene: Scene, programs: Path, folder: Path) -> list[CostPoint]:
-    bodies = len(scene.bodies)
-    short = replace(scene, duration=steps_for(bodies) * STEP)
+@contextlib.contextmanager
+def timed_engines(scene: Scene, programs: Path, folder: Path) -> Iterator[dict[str, Callable[[], float]]]:
+    """What measures each engine's step of a scene once [us]."""
+    short = replace(scene, duration=steps_for(len(scene.bodies)) * STEP)
     stored = StoredScene(short, folder / "cost-scene.json")
     save(short, stored.path)
-    costs = []
-    for order in COST_ORDERS:
-        engine = own_engine(programs, order)
-        run = engine.run(stored, STEP, LIMIT_S)
-        if run is None:
-            raise RuntimeError(f"{scene.name}: {engine.name} took too long")
-        costs.append(CostPoint(scene.name, bodies, engine.name, run.cpu_s / run.steps * 1e6))
+    own = [own_engine(programs, order) for order in COST_ORDERS]
+    yield {engine.name: functools.partial(us_per_step, engine, stored) for engine in own} | pinocchio_timer(scene)
     stored.path.unlink()
-    return costs
 
 
-def pinocchio_costs(scene: Scene) -> list[CostPoint]:
+def us_per_step(engine: Engine, stored: StoredScene) -> float:
+    run = engine.run(stored, STEP, LIMIT_S)
+    if run is None:
+        raise RuntimeError(f"{stored.scene.name}: {engine.name} took too long")
+    return run.cpu_s / run.steps * 1e6
+
+
+def pinocchio_timer(scene: Scene) -> dict[str, Callable[[], float]]:
     bodies = len(scene.bodies)
     if bodies > MOST_PINOCCHIO_BODIES:
-        return []
+        return {}
     try:
         from layfigure_bench import pinocchio_peer
     except ImportError:
-        return []
-    microseconds = pinocchio_peer.us_per_evaluation(scene, max(10, steps_for(bodies) // 4))
-    return [CostPoint(scene.name, bodies, pinocchio_peer.FAMILY, microseconds)]
+        return {}
+    return {pinocchio_peer.FAMILY: pinocchio_peer.Evaluations(scene, max(10, steps_for(bodies) // 4)).us_per_evaluation}
 
 
 def slopes(costs: Sequence[CostPoint]) -> dict[str, float]:

@@ -10,7 +10,8 @@ import numpy as np
 from layfigure_bench.engine import Engine, Run, StoredScene
 from layfigure_bench.scenes import Array
 
-LONGEST_STEP = 0.1
+# Few steps are enough where an error of some centimetres is.
+LONGEST_STEP = 1.0
 # A reference whose change on halving its step is below this needs no further halving: errors down to 1e-10 are judged.
 ENOUGH = 1e-11
 
@@ -22,14 +23,16 @@ class Reference:
 
 
 def step_lengths(count: int, factor: float) -> list[float]:
-    """From 1/10 s downward."""
+    """From the longest step downward."""
     return [LONGEST_STEP / factor**k for k in range(count)]
 
 
 def climb(engine: Engine, stored: StoredScene, steps: Sequence[float], limit_s: float) -> list[Run]:
-    """Runs with ever shorter steps, until the next one would take longer than the limit."""
+    """Runs with ever shorter steps within the scene, until the next one would take longer than the limit."""
     runs: list[Run] = []
     for h in steps:
+        if h > stored.scene.duration:
+            continue
         if runs and runs[-1].cpu_s * runs[-1].h / h > limit_s:
             break
         done = engine.run(stored, h, limit_s)

@@ -31,17 +31,23 @@ def model_of(scene: Scene) -> pinocchio.Model:
     return model
 
 
-def us_per_evaluation(scene: Scene, evaluations: int) -> float:
-    """Median over several batches of `evaluations` states, on one thread [us]."""
-    model = model_of(scene)
-    pool = pinocchio.ModelPool(model, 1)
-    rng = np.random.default_rng(0)
-    q = np.column_stack([pinocchio.randomConfiguration(model) for _ in range(evaluations)])
-    v, torque = (rng.standard_normal((model.nv, evaluations)) for _ in range(2))
-    acceleration = np.zeros((model.nv, evaluations), order="F")
-    times = []
-    for _ in range(REPEATS):
-        start = time.process_time()
-        pinocchio.abaInParallel(1, pool, q, v, torque, acceleration)
-        times.append(time.process_time() - start)
-    return statistics.median(times) / evaluations * 1e6
+class Evaluations:
+    """A batch of states of a scene's tree, evaluated on one thread."""
+
+    def __init__(self, scene: Scene, count: int) -> None:
+        model = model_of(scene)
+        rng = np.random.default_rng(0)
+        self._count = count
+        self._pool = pinocchio.ModelPool(model, 1)
+        self._q = np.column_stack([pinocchio.randomConfiguration(model) for _ in range(count)])
+        self._v, self._torque = (rng.standard_normal((model.nv, count)) for _ in range(2))
+        self._acceleration = np.zeros((model.nv, count), order="F")
+
+    def us_per_evaluation(self) -> float:
+        """Median over several batches [us]."""
+        times = []
+        for _ in range(REPEATS):
+            start = time.process_time()
+            pinocchio.abaInParallel(1, self._pool, self._q, self._v, self._torque, self._acceleration)
+            times.append(time.process_time() - start)
+        return statistics.median(times) / self._count * 1e6
