@@ -21,25 +21,26 @@ math::Lanes4 pack(const double* numbers) {
 Still still(const BodyState& body, int index) {
   return {.body = index,
           .rotation = pack(body.rotation.coeffs().data()),
-          .linear = math::Lanes4(0.0),
           .angular = math::Lanes4(math::Lanes4::Vector{0.0, 0.0, 0.0, body.yield_scale})};
 }
 
-/// Each of them sleeps, as it was.
+/// Each of them sleeps, as it was, bit by bit.
 LAYFIGURE_KERNEL
 bool are_still(const BodyState* bodies, const Still* sleepers, std::size_t count) {
-  math::Mask4 same = math::Lanes4(0.0) == math::Lanes4(0.0);
+  using Bits = math::Mask4::Vector;
+  const auto bits = [](const double* numbers) { return Bits(math::load(numbers).v); };
+  // Not the flow behind the linear momentum, which matters to nothing that sleeps.
+  const Bits momentum{-1, -1, -1, 0};
+  Bits changed{};
   bool asleep = true;
   for (const Still* was = sleepers; was != sleepers + count; ++was) {
     const BodyState& body = bodies[was->body];
-    // Not the flow, which matters to nothing that sleeps.
-    const math::Lanes4 linear(
-        __builtin_shufflevector(math::load(body.linear_momentum.data()).v, was->linear.v, 0, 1, 2, 7));
-    same = same && math::load(body.rotation.coeffs().data()) == was->rotation && linear == was->linear &&
-           math::load(body.angular_momentum.data()) == was->angular;
-    asleep = asleep && body.asleep;
+    changed |= bits(body.rotation.coeffs().data()) ^ Bits(was->rotation.v);
+    changed |= bits(body.linear_momentum.data()) & momentum;
+    changed |= bits(body.angular_momentum.data()) ^ Bits(was->angular.v);
+    asleep &= body.asleep;
   }
-  return asleep && math::all(same);
+  return asleep && (changed[0] | changed[1] | changed[2] | changed[3]) == 0;
 }
 
 /// Momenta of a part, in the group's frame, of a group that moves as a whole.

@@ -57,11 +57,10 @@ struct Rider {
   double yield_scale;
 };
 
-/// What a sleeper's state is while nobody changes it by hand.
+/// What a sleeper's state is while nobody changes it by hand; its linear momentum is none.
 struct Still {
   int body;
   math::Lanes4 rotation;  ///< of the joint
-  math::Lanes4 linear;    ///< momentum: none
   math::Lanes4 angular;   ///< momentum: none, and the yield scale
 };
 
