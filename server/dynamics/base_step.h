@@ -428,7 +428,7 @@ inline void commit_all(const StepContext& context, const Plan<T>& plan, const st
   Losses<T> losses;
   BoundSums<T> bound;
   const Inputs& inputs = *context.inputs;
-  const bool bounded = context.copies.size() == 1 && !report.constrained && inputs.loads == nullptr &&
+  const bool bounded = context.minds_energy && !report.constrained && inputs.loads == nullptr &&
                        inputs.couplings.empty() && inputs.drives.empty();
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     probe = probe + commit(context, plan, nodes, slot, losses, bounded ? &bound : nullptr);

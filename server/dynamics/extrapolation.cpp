@@ -121,7 +121,8 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
                                                .gravity = {g.x(), g.y(), g.z()},
                                                .time = state.time,
                                                .inputs = &inputs,
-                                               .copies = active});
+                                               .copies = active,
+                                               .minds_energy = false});
     report.solves += solved.solves;
     report.run_solves += solved.solves * static_cast<int>(active.size());
     report.converged = report.converged && solved.converged;

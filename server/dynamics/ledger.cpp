@@ -119,7 +119,8 @@ StepReport make_base_steps(const Model& model, const State& state, Workspace::Da
                             .gravity = {g.x(), g.y(), g.z()},
                             .time = state.time,
                             .inputs = &inputs,
-                            .copies = {data.copies.data(), 1}};
+                            .copies = {data.copies.data(), 1},
+                            .minds_energy = true};
   int halvings = 0;
   for (int done = 0; done < kParts;) {
     const int parts = kParts >> halvings;

@@ -138,8 +138,13 @@ void PortResponse::Data::touch(const State& before, const Plan<T>& plan, const s
   tree.clear();
   Copy copy;
   copy.from = before.bodies.data();
-  const StepContext context{
-      .model = nullptr, .law = {}, .gravity = {}, .time = 0.0, .inputs = nullptr, .copies = {&copy, 1}};
+  const StepContext context{.model = nullptr,
+                            .law = {},
+                            .gravity = {},
+                            .time = 0.0,
+                            .inputs = nullptr,
+                            .copies = {&copy, 1},
+                            .minds_energy = false};
   for (const Row& row : rows) {
     const Jacobian& jacobian = row.block->jacobian;
     for (const int body : {jacobian.a.body, jacobian.b.body, jacobian.joint}) {

@@ -230,6 +230,7 @@ struct StepContext {
   double time;  ///< at the beginning of the whole step [s]
   const Inputs* inputs;
   std::span<Copy> copies;  ///< those that step, as many as the schedule's
+  bool minds_energy;       ///< a single copy steps, which may not create energy
 };
 
 struct SolveReport {
@@ -237,7 +238,7 @@ struct SolveReport {
   bool finite{true};
   bool converged{true};
   bool constrained{false};  ///< there were contacts, ties or limits to solve for
-  bool dissipative{false};  ///< a single copy under gravity alone surely created no energy
+  bool dissipative{false};  ///< where energy is minded: under gravity alone, it surely created none
 };
 
 /// The part of the constraints in a base step, for all copies (constrain.cpp). `begin` makes the rows of the sub-step,
