@@ -47,7 +47,7 @@ struct Balance {
 };
 
 /// Measures the step from copies[0].from to copies[0].to that `nodes` were left by. Work.input of the copy is not
-/// used. O(n), a quarter of a base step.
+/// used. O(n), a third of a base step.
 Balance measure_balance(const StepContext& context, const Plan<double>& plan, const std::vector<Node<double>>& nodes,
                         BalanceRecords<double>& records);
 Balance measure_balance(const StepContext& context, const Plan<math::Lanes4>& plan,
