@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -51,22 +50,20 @@ def measure_costs(scenes: Iterable[Scene], programs: Path, folder: Path) -> list
     """
     costs = []
     for scene in scenes:
-        with timed_engines(scene, programs, folder) as engines:
-            rounds = [[measure() for measure in engines.values()] for _ in range(ROUNDS)]
+        timers = own_timers(scene, programs, folder) | pinocchio_timer(scene)
+        rounds = [[measure() for measure in timers.values()] for _ in range(ROUNDS)]
         medians = map(statistics.median, zip(*rounds, strict=True))
-        costs += [CostPoint(scene.name, len(scene.bodies), name, us) for name, us in zip(engines, medians, strict=True)]
+        costs += [CostPoint(scene.name, len(scene.bodies), name, us) for name, us in zip(timers, medians, strict=True)]
     return costs
 
 
-@contextlib.contextmanager
-def timed_engines(scene: Scene, programs: Path, folder: Path) -> Iterator[dict[str, Callable[[], float]]]:
-    """What measures each engine's step of a scene once [us]."""
+def own_timers(scene: Scene, programs: Path, folder: Path) -> dict[str, Callable[[], float]]:
+    """What measures a step of each order once [us]. They read the scene from the folder."""
     short = replace(scene, duration=steps_for(len(scene.bodies)) * STEP)
-    stored = StoredScene(short, folder / "cost-scene.json")
+    stored = StoredScene(short, folder / f"{scene.name}.json")
     save(short, stored.path)
-    own = [own_engine(programs, order) for order in COST_ORDERS]
-    yield {engine.name: functools.partial(us_per_step, engine, stored) for engine in own} | pinocchio_timer(scene)
-    stored.path.unlink()
+    engines = [own_engine(programs, order) for order in COST_ORDERS]
+    return {engine.name: functools.partial(us_per_step, engine, stored) for engine in engines}
 
 
 def us_per_step(engine: Engine, stored: StoredScene) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from layfigure_bench.engine import Engine, Run, StoredScene
 from layfigure_bench.scenes import Array
 
-# Few steps are enough where an error of some centimetres is.
+# A few long steps of a high order are the cheapest where errors of centimetres are allowed.
 LONGEST_STEP = 1.0
 # A reference whose change on halving its step is below this needs no further halving: errors down to 1e-10 are judged.
 ENOUGH = 1e-11
