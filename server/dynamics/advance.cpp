@@ -131,6 +131,7 @@ AdvanceReport advance(const Model& model, State& state, Workspace& workspace, co
                       const AdvanceOptions& options, StepSize& size) {
   Workspace::Data& data = workspace.data();
   data.reserve(inputs);
+  state.rest = {};
   data.prepare(model, state, kMaxOrder);
   if (data.sleepers.wake_all(state)) data.regroup(model, state, kMaxOrder, data.sleepers.wanted());
   const Inputs& acting = data.group_inputs.map(inputs, data.groups);

@@ -66,6 +66,8 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
   if (may_sleep) {
     loads = loads_of(inputs, state.time + options.step, data.loads);
     if (keeps_resting(inputs, loads, state)) return rest(model, state, options);
+  } else {
+    state.rest = {};
   }
   data.prepare(model, state, order);
   if (may_sleep ? data.sleepers.wake_touched(model, state, inputs, loads)

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
+#include "layfigure/dynamics/advance.h"
 #include "layfigure/dynamics/step.h"
 #include "layfigure/math/rotation.h"
 #include "ledger_check.h"
@@ -87,6 +89,37 @@ TEST(Sleep, DollAtRest_RestsAsAWholeAndStaysBitForBit) {
     EXPECT_EQ(state.bodies[i].rotation.coeffs(), resting.bodies[i].rotation.coeffs());
     EXPECT_TRUE(state.bodies[i].linear_momentum.isZero(0.0));
   }
+}
+
+/// Sets the doll swinging, from rest, in a way that lets nothing sleep, and lets go of it.
+using Disturbance = std::function<void(const Model&, State&, Workspace&, const Inputs&)>;
+
+void expect_swings_on_after(const Disturbance& disturb) {
+  const Model model(doll_52());
+  State state = settled(model);
+  Workspace workspace(model);
+  ASSERT_TRUE(advance_for(model, state, workspace, 2.0).resting);
+  Coupling pull = grip(model, state, kLeftHand);
+  pull.target_position.x() += 0.05;
+  disturb(model, state, workspace, {.couplings = {&pull, 1}});
+  const State let_go = state;
+  const StepReport report = step(model, state, workspace, {}, {.step = kH, .sleep_angle = kSleepAngle});
+  ASSERT_EQ(report.status, StepStatus::kOk);
+  EXPECT_FALSE(report.resting) << "the inputs are those of the rest again, the doll is not";
+  EXPECT_GT(largest_distance(model, state, let_go), 0.0);
+}
+
+TEST(Sleep, DollMovedByStepsThatLetNothingSleep_RestsNoMore) {
+  expect_swings_on_after([](const Model& model, State& state, Workspace& workspace, const Inputs& inputs) {
+    advance_for(model, state, workspace, 0.1, inputs, 0.0);
+  });
+}
+
+TEST(Sleep, DollMovedByAdvance_RestsNoMore) {
+  expect_swings_on_after([](const Model& model, State& state, Workspace& workspace, const Inputs& inputs) {
+    StepSize size;
+    ASSERT_EQ(advance(model, state, workspace, inputs, 0.1, {.tolerance = 1e-4}, size).status, StepStatus::kOk);
+  });
 }
 
 TEST(Sleep, DollAtRest_IsWhereItWouldBeWithoutSleep) {

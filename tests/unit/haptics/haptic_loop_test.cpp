@@ -96,16 +96,21 @@ TEST(HapticLoop, PhysicsFrom50To500Hz_StiffnessIsFeltAsOfFullSteps) {
   }
 }
 
-/// The simulated hand holds the tip and goes up, on slow physics.
+/// The simulated hand holds the tip and goes up.
+void pull_up(Rig& rig) {
+  const Eigen::Vector3d tip = rig.tip();
+  rig.devices.guide(0, {.position = tip}, rig.hands);
+  rig.hands.grab({.pointer = 0, .bone = kTip});
+  rig.devices.guide(0, {.position = tip + 0.05 * Eigen::Vector3d::UnitZ()}, rig.hands);
+  rig.devices.glide(0, std::lround(0.5 / rig.h));
+  rig.pass(1.5);
+}
+
+/// On slow physics.
 std::unique_ptr<Rig> pulled(double physics_hz, int ticks) {
   auto rig = std::make_unique<Rig>(device::open_driver({.kind = "spidar-g6x3"}), physics_hz, ticks);
   rig->pass(0.1);
-  const Eigen::Vector3d tip = rig->tip();
-  rig->devices.guide(0, {.position = tip}, rig->hands);
-  rig->hands.grab({.pointer = 0, .bone = kTip});
-  rig->devices.guide(0, {.position = tip + 0.05 * Eigen::Vector3d::UnitZ()}, rig->hands);
-  rig->devices.glide(0, std::lround(0.5 * physics_hz));
-  rig->pass(1.5);
+  pull_up(*rig);
   return rig;
 }
 
@@ -136,6 +141,19 @@ TEST(HapticLoop, GrabReleaseGrabElsewhere_NothingJumps) {
   EXPECT_LT(rig->pointer().grip()->force.force.norm(), 1.0) << "the held point is where the hand took it";
   rig->pass(0.5);
   EXPECT_TRUE(rig->tip().allFinite());
+}
+
+TEST(HapticLoop, DollThatRestedIsPulledAndLetGo_SpringsBack) {
+  Rig rig(device::open_driver({.kind = "spidar-g6x3"}), 100.0, 10);
+  rig.pass(60.0);
+  ASSERT_TRUE(rig.hands.state().rest.resting);
+  const Eigen::Vector3d rest = rig.tip();
+  pull_up(rig);
+  const double way = (rig.tip() - rest).norm();
+  ASSERT_GT(way, 1e-3);
+  rig.hands.release(0);
+  rig.pass(2.0);
+  EXPECT_LT((rig.tip() - rest).norm(), 0.5 * way);
 }
 
 TEST(HapticLoop, FingertipOnALimb_PressesAndFeelsIt) {
