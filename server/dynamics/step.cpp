@@ -67,7 +67,7 @@ StepReport step(const Model& model, State& state, Workspace& workspace, const In
     loads = loads_of(inputs, state.time + options.step, data.loads);
     if (keeps_resting(inputs, loads, state)) return rest(model, state, options);
   } else {
-    state.rest = {};
+    state.rest = {};  // the inputs of that rest may come back when the doll has gone
   }
   data.prepare(model, state, order);
   if (may_sleep ? data.sleepers.wake_touched(model, state, inputs, loads)
