@@ -84,17 +84,26 @@ inline Articulated<T> eliminate(const Articulated<T>& own, const Gain& G, const 
           G * node.y - residual, own.b_linear - transposed_times(own.H, node.y)};
 }
 
-/// The same with G and r in the axes of the joint's section; so is the node's factor then, for parent angular
-/// velocities in section axes and linear ones in world axes. Torques go to the world by E = axes, velocities by D =
-/// motion = E^-T.
+template <class Mask, class T>
+inline Articulated<T> select(const Mask& mask, const Articulated<T>& yes, const Articulated<T>& no) {
+  return {select(mask, yes.A, no.A), select(mask, yes.H, no.H), select(mask, yes.M, no.M),
+          select(mask, yes.b_angular, no.b_angular), select(mask, yes.b_linear, no.b_linear)};
+}
+
+/// The same with G and r in the axes of the joint's section, and in the sectional lanes the node's factor too, for
+/// parent angular velocities in section axes and linear ones in world axes. Torques go to the world by E = axes,
+/// velocities by D = motion = E^-T. The gain of the other lanes is a multiple of 1, the same in all axes, and they are
+/// eliminated as if they were alone.
 template <class T>
 inline Articulated<T> eliminate_in_section(const Articulated<T>& own, const Sym3<T>& G, const Vec3<T>& residual,
                                            Node<T>& node) {
+  const auto sectional = node.sectional > T(0.0);
   const Mat3<T>& E = node.axes;
   const Mat3<T> Dt = transposed(motion_of(node));
   const Articulated<T> turned{congruent(Dt, own.A), Dt * own.H, own.M, Dt * own.b_angular, own.b_linear};
-  const Articulated<T> up = eliminate(turned, G, residual, node);
-  return {congruent(E, up.A), E * up.H, up.M, E * up.b_angular, up.b_linear};
+  const Articulated<T> up =
+      eliminate(select(sectional, turned, own), G, math::select(sectional, residual, E * residual), node);
+  return select(sectional, {congruent(E, up.A), E * up.H, up.M, E * up.b_angular, up.b_linear}, up);
 }
 
 /// A reduced child seen from the parent's origin, which is -r away:

@@ -115,7 +115,9 @@ template <class T>
 inline void add_elastic(const Constants<T>& body, const EnergyConstants<T>& energy, const Node<T>& node,
                         const Bodies<T>& after, Sums<T>& sums) {
   Vec3<T> strain = log_rotation(conjugate(after.rest) * after.rotation);
-  if (!body.isotropic) strain = rotate(conjugate(body.section), strain);
+  if (!body.isotropic) {
+    strain = math::select(body.anisotropic > T(0.0), rotate(conjugate(body.section), strain), strain);
+  }
   const Vec3<T> torque = times(body.stiffness, strain);
   const Vec3<T>& t = node.elastic_torque;
   const T elastic = T(0.5) * dot(torque, strain);

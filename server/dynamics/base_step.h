@@ -47,12 +47,13 @@ inline void update_strain(const Constants<T>& body, const Bodies<T>& now, const 
     node.elastic_torque = times(body.stiffness, strain);
     return;
   }
-  node.strain = rotate(conjugate(body.section), strain);
+  const auto anisotropic = body.anisotropic > T(0.0);
+  node.strain = math::select(anisotropic, rotate(conjugate(body.section), strain), strain);
   node.elastic_torque = times(body.stiffness, node.strain);
-  const StrainRate<T> rate = strain_rate(elastic, node.strain, body.anisotropic);
+  const StrainRate<T> rate = strain_rate(elastic, node.strain);
   const Mat3<T> section = matrix(node.orientation * body.section);
-  node.axes = section * rate.B_transposed;
-  node.motion = section * rate.J;
+  node.axes = math::select(anisotropic, section * rate.B_transposed, R);
+  node.motion = math::select(anisotropic, section * rate.J, R);
 }
 
 /// The joints' laws over this step, linearised where the last step left them.
@@ -222,6 +223,14 @@ inline Articulated<T> articulated_of(const Plan<T>& plan, const std::vector<Node
   return sum;
 }
 
+/// The lanes whose joints are eliminated in section axes: 1, elsewhere 0.
+template <class T>
+inline T sectional_lanes(const Constants<T>& body, const Node<T>& node) {
+  T lanes = body.anisotropic;
+  if (!node.elastic) lanes = math::maximum(lanes, node.linearized.flowing);
+  return node.driven ? math::maximum(lanes, node.drives) : lanes;
+}
+
 /// Eliminates a slot's joints from the leaves' side and passes the rest to their parents. Laws that differ between the
 /// axes are eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
 template <class T>
@@ -232,6 +241,7 @@ inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, i
   Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
   if (node.driven) residual += node.drive_residual;
   node.in_section = node.driven || !(node.elastic && plan.constants[slot].isotropic);
+  if (node.in_section) node.sectional = sectional_lanes(plan.constants[slot], node);
   const auto up = node.in_section ? eliminate_in_section(own, gain_of(node), residual, node)
                                   : eliminate(own, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
   pass_to_parents(plan, slot, shifted(up, node.r), node);
@@ -244,10 +254,11 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
   const auto [W, V] = velocities_of_parents(plan, nodes, slot);
   node.v_WB = V + cross(W, node.r);
   if (node.in_section) {
-    const Vec3<T> W_S = transposed_times(node.axes, W);
-    const Vec3<T> w_S = node.y + node.P * W_S - node.B * node.v_WB;
-    node.w_WB = motion_of(node) * w_S;
-    node.w_PB = w_S - W_S;
+    const auto sectional = node.sectional > T(0.0);
+    const Vec3<T> W_F = math::select(sectional, transposed_times(node.axes, W), W);
+    const Vec3<T> w_F = node.y + node.P * W_F - node.B * node.v_WB;
+    node.w_WB = math::select(sectional, motion_of(node) * w_F, w_F);
+    node.w_PB = math::select(sectional, w_F - W_F, transposed_times(node.axes, w_F - W_F));
   } else {
     node.w_WB = node.y + node.P * W - node.B * node.v_WB;
     node.w_PB = transposed_times(node.axes, node.w_WB - W);
@@ -334,7 +345,7 @@ inline Quat<T> strained(const Constants<T>& body, const Node<T>& node, const Vec
   if (body.isotropic) return elastic * math::exp_rotation(scaled(w, node.h));
   const Vec3<T> turn = scaled(w, node.h);
   const Quat<T> by_rate = math::exp_rotation(rotate(body.section, node.strain + turn));
-  return math::select(body.anisotropic > T(0.0), by_rate, elastic * math::exp_rotation(rotate(body.section, turn)));
+  return math::select(body.anisotropic > T(0.0), by_rate, elastic * math::exp_rotation(turn));
 }
 
 /// Work that the bodies of the last copy did, lane by lane.
@@ -372,8 +383,26 @@ inline void account_loads(const StepContext& context, const Plan<T>& plan, const
 }
 
 template <class T>
-inline T remaining_slack(const Node<T>& node) {
-  return math::maximum(node.slack - node.h * math::square_root(dot(node.w_PB, node.w_PB)), T(0.0));
+inline T remaining_slack(const Constants<T>& body, const Node<T>& node) {
+  const T left = math::maximum(node.slack - node.h * math::square_root(dot(node.w_PB, node.w_PB)), T(0.0));
+  return math::select(body.unlimited > T(0.0), node.before.limit_slack, left);
+}
+
+/// The joints' rotations at the end.
+template <class T>
+inline Quat<T> turned(const Constants<T>& body, const Node<T>& node) {
+  const Before<T>& now = node.before;
+  const Quat<T> freely = now.rotation * math::exp_rotation(scaled(node.w_PB, node.h));
+  if (body.isotropic) return renormalized(freely);
+  return renormalized(
+      math::select(body.anisotropic > T(0.0), now.rest * strained(body, node, node.w_PB), freely));
+}
+
+/// A torque of the laws in the bodies' axes.
+template <class T>
+inline Vec3<T> in_body(const Constants<T>& body, const Node<T>& node, const Vec3<T>& torque) {
+  if (body.isotropic) return torque;
+  return math::select(body.anisotropic > T(0.0), rotate(conjugate(node.orientation), node.axes * torque), torque);
 }
 
 /// Moves the configuration with the new velocities, the rest rotations with the flow, and keeps the new momenta.
@@ -388,9 +417,8 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
   next.rest = now.rest;
   next.flow = now.flow;
   next.yield_scale = now.yield_scale;
-  next.limit_slack = body.limited ? remaining_slack(node) : now.limit_slack;
-  next.rotation = renormalized(body.isotropic ? now.rotation * math::exp_rotation(scaled(node.w_PB, node.h))
-                                              : now.rest * strained(body, node, node.w_PB));
+  next.limit_slack = body.limited ? remaining_slack(body, node) : now.limit_slack;
+  next.rotation = turned(body, node);
   const Vec3<T> velocity = node.v_WB + cross(node.w_WB, node.c);
   next.linear_momentum = scaled(velocity, body.mass);
   next.angular_momentum =
@@ -410,8 +438,7 @@ inline T commit(const StepContext& context, const Plan<T>& plan, const std::vect
     add_to_bound(plan.bounds[slot], body, node, next.linear_momentum - now.linear_momentum, next.angular_momentum, w_f,
                  *bound);
   }
-  write_bodies(context, plan, slot, node, next,
-               body.isotropic ? torque : rotate(conjugate(node.orientation), node.axes * torque));
+  write_bodies(context, plan, slot, node, next, in_body(body, node, torque));
   const T sum = next.rotation.w + next.rest.w + dot(next.linear_momentum, next.linear_momentum) +
                 dot(next.angular_momentum, next.angular_momentum) + dot(torque, torque);
   return sum - sum;

@@ -80,6 +80,7 @@ inline void add_to_joint(const DriveTerms& drive, double h, Node<T>& node) {
   Sym3<double> gain = math::dyad(-k, drive.direction);
   gain += Sym3<double>{k, 0.0, 0.0, k, 0.0, k};
   const Vec3<double> torque = linearized_torque(drive, trial_torque(drive, Vec3<double>{}));
+  math::set_lane(node.drives, drive.lane, 1.0);
   add_lane(congruent(transposed(motion), gain), node.drive_gain, drive.lane);
   add_lane(transposed_times(motion, scaled(torque, -h)), node.drive_residual, drive.lane);
 }
@@ -90,6 +91,7 @@ inline void add_to_joints(const StepContext& context, std::vector<Node<T>>& node
     for (const DriveTerms& drive : copy.drives) {
       Node<T>& node = nodes[drive.slot];
       node.driven = true;
+      node.drives = T(0.0);
       node.drive_gain = {};
       node.drive_residual = {};
     }

@@ -150,9 +150,11 @@ template <class T>
 inline void add_children(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int slot, Articulated<T>& own) {
   const Schedule& schedule = plan.schedule;
   if (schedule.adds_whole(slot)) {
-    for (const int place : schedule.children(slot, schedule.busy_lane(slot))) {
-      own += nodes[place / kLanes<T>].passed_whole;
-    }
+    const std::span<const int> children = schedule.children(slot, schedule.busy_lane(slot));
+    if (children.empty()) return;
+    Articulated<T> sum = nodes[children[0] / kLanes<T>].passed_whole;
+    for (const int place : children.subspan(1)) sum += nodes[place / kLanes<T>].passed_whole;
+    own += sum;
     return;
   }
   std::array<std::array<math::Lanes4, kArticulatedRows>, kLanes<T>> sums;

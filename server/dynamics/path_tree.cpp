@@ -32,8 +32,9 @@ void read_factor(const Plan<T>& plan, const std::vector<Node<T>>& nodes, PathNod
     return;
   }
   const Eigen::Matrix3d gain = lane_matrix(gain_of(source), k);
-  node.axes = source.in_section ? lane_matrix(source.axes, k) : Eigen::Matrix3d::Identity();
-  node.motion = source.in_section ? lane_matrix(motion_of(source), k) : Eigen::Matrix3d::Identity();
+  const bool in_section = source.in_section && math::lane(source.sectional, k) > 0.0;
+  node.axes = in_section ? lane_matrix(source.axes, k) : Eigen::Matrix3d::Identity();
+  node.motion = in_section ? lane_matrix(motion_of(source), k) : Eigen::Matrix3d::Identity();
   node.G = gain;
   node.A = node.motion.transpose() * A * node.motion;
   node.H = node.motion.transpose() * H;

@@ -114,10 +114,12 @@ template <class T>
 struct alignas(64) Node {
   T h;              ///< length of the step
   bool held;        ///< couplings hold some lane's body
-  bool driven;      ///< drives turn some lane's joint
+  bool driven;      ///< drives turn some lane's joint ...
+  T drives;         ///< ... and in which lanes they do: 1, elsewhere 0
   bool elastic;     ///< linearised below yield in every lane
   bool skewed;      ///< axes and motion differ
-  bool in_section;  ///< the factor is in section axes
+  bool in_section;  ///< some lane's factor is in section axes ...
+  T sectional;      ///< ... and which: 1 there, elsewhere 0
   Before<T> before;
   // kinematics
   Quat<T> orientation;
@@ -136,7 +138,7 @@ struct alignas(64) Node {
   // velocities of the body
   Vec3<T> w_WB;
   Vec3<T> v_WB;
-  Vec3<T> w_PB;  ///< relative to the parent, section axes: an angular velocity, or the strain's rate if anisotropic
+  Vec3<T> w_PB;  ///< relative to the parent, in the law's axes: an angular velocity, or the strain's rate if anisotropic
   // joint law, section axes
   Vec3<T> elastic_torque;  ///< K_f q_f[n]
   StepLaw<T> law;

@@ -26,10 +26,9 @@ inline math::Mat3<T> rotation_polynomial(const T& y, const T& z, const math::Vec
   return sum;
 }
 
-/// Of the strain q = rotvec(rotation) in lanes whose `weight` is 1; the identity where it is 0. Where a is small the
-/// quotients lose digits, but [q]^2 makes that good.
+/// Of the strain q = rotvec(rotation). Where a is small the quotients lose digits, but [q]^2 makes that good.
 template <class T>
-inline StrainRate<T> strain_rate(const math::Quat<T>& rotation, const math::Vec3<T>& q, const T& weight) {
+inline StrainRate<T> strain_rate(const math::Quat<T>& rotation, const math::Vec3<T>& q) {
   const T square = dot(q, q);
   const auto turned = square > T(1e-30);
   const T a2 = math::select(turned, square, T(1.0));
@@ -39,8 +38,7 @@ inline StrainRate<T> strain_rate(const math::Quat<T>& rotation, const math::Vec3
   const T sinc = math::select(turned, T(2.0) * math::square_root(sine2 / a2), T(1.0));
   const T J2 = math::select(turned, (T(1.0) - sinc * cosine) / a2, T(0.0));
   const T B2 = math::select(turned, (T(1.0) - cosine / sinc) / a2, T(0.0));
-  return {rotation_polynomial(T(-0.5) * weight * sinc * sinc, weight * J2, q),
-          rotation_polynomial(T(-0.5) * weight, weight * B2, q)};
+  return {rotation_polynomial(T(-0.5) * sinc * sinc, J2, q), rotation_polynomial(T(-0.5), B2, q)};
 }
 
 }  // namespace layfigure::dynamics

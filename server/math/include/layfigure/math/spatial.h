@@ -98,6 +98,17 @@ template <class T>
 inline Sym3<T> operator-(const Sym3<T>& a, const Sym3<T>& b) {
   return {a.xx - b.xx, a.xy - b.xy, a.xz - b.xz, a.yy - b.yy, a.yz - b.yz, a.zz - b.zz};
 }
+template <class Mask, class T>
+inline Mat3<T> select(const Mask& mask, const Mat3<T>& yes, const Mat3<T>& no) {
+  return {select(mask, yes.xx, no.xx), select(mask, yes.xy, no.xy), select(mask, yes.xz, no.xz),
+          select(mask, yes.yx, no.yx), select(mask, yes.yy, no.yy), select(mask, yes.yz, no.yz),
+          select(mask, yes.zx, no.zx), select(mask, yes.zy, no.zy), select(mask, yes.zz, no.zz)};
+}
+template <class Mask, class T>
+inline Sym3<T> select(const Mask& mask, const Sym3<T>& yes, const Sym3<T>& no) {
+  return {select(mask, yes.xx, no.xx), select(mask, yes.xy, no.xy), select(mask, yes.xz, no.xz),
+          select(mask, yes.yy, no.yy), select(mask, yes.yz, no.yz), select(mask, yes.zz, no.zz)};
+}
 template <class T>
 inline Mat3<T> full(const Sym3<T>& m) {
   return {m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz};
