@@ -23,15 +23,15 @@ double largest_turn(const Plan<math::Lanes4>& plan, const std::vector<Node<math:
 }
 
 LAYFIGURE_KERNEL
-SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes, double part,
-                    bool constrained) {
-  return shorten_of(context, plan, nodes, part, constrained);
+SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes,
+                    double part) {
+  return shorten_of(context, plan, nodes, part);
 }
 
 LAYFIGURE_KERNEL
 SolveReport shorten(const StepContext& context, const Plan<math::Lanes4>& plan, std::vector<Node<math::Lanes4>>& nodes,
-                    double part, bool constrained) {
-  return shorten_of(context, plan, nodes, part, constrained);
+                    double part) {
+  return shorten_of(context, plan, nodes, part);
 }
 
 }  // namespace layfigure::dynamics

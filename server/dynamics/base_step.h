@@ -289,40 +289,90 @@ inline void update_all_velocities(const Plan<T>& plan, std::vector<Node<T>>& nod
   for (int slot = 0; slot < plan.schedule.size(); ++slot) update_velocities(plan, nodes, slot);
 }
 
-/// Velocities after the joints have been eliminated, with the constraints' impulses. `constrained`: there are rows from
-/// an earlier iteration. Returns whether there are any now.
+/// The velocities may lead a joint of the copy to its limits.
 template <class T>
-inline bool find_velocities(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
-                            bool constrained) {
-  update_all_velocities(plan, nodes);
-  if (!constrained) {
-    if (!constraints_matter(context, plan, nodes)) return false;
-    begin_constraints(context, plan, nodes);
-  }
-  renew_constraints(context);
-  while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
-  return true;
+inline bool nears_limit(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy) {
+  const double h = context.copies[copy].h;
+  return std::any_of(plan.limited.begin(), plan.limited.end(), [&](int body) {
+    const Node<T>& node = nodes[plan.schedule.slot_of(copy, body)];
+    const int lane = plan.schedule.lane_of(copy, body);
+    const Vec3<double> w = math::lane_of(node.w_PB, lane);
+    const double slack = math::lane(node.slack, lane);
+    return !(h * h * dot(w, w) <= slack * slack);
+  });
 }
 
-/// Solves the step's convex problem: Newton's method on the joints' laws, an O(n) solve of the whole tree each.
+/// Makes the rows of the copies that have got constraints to solve for.
+template <class T>
+inline void find_constrained(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+  if (!constraints_matter(context, plan, nodes)) return;
+  const bool all = !context.inputs->contacts.empty() || !context.inputs->ties.empty();
+  for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
+    Copy& copy = context.copies[k];
+    if (copy.constrained || copy.settled || !(all || nears_limit(context, plan, nodes, k))) continue;
+    copy.constrained = true;
+    begin_constraints(context, plan, nodes, k);
+  }
+}
+
+inline bool any_constrained(const StepContext& context) {
+  return std::any_of(context.copies.begin(), context.copies.end(), [](const Copy& copy) { return copy.constrained; });
+}
+
+/// Velocities after the joints have been eliminated, with the constraints' impulses.
+template <class T>
+inline void find_velocities(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
+  update_all_velocities(plan, nodes);
+  find_constrained(context, plan, nodes);
+  if (!any_constrained(context)) return;
+  renew_constraints(context);
+  while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
+}
+
+/// The copies whose laws hold settle, at the last iteration all.
+template <class T>
+inline void settle(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+  const bool last = iteration >= kMaxNewtonIterations;
+  judge(context, plan, nodes, last ? kAcceptedTolerance : kNewtonTolerance);
+  for (Copy& copy : context.copies) {
+    if (copy.settled || !(copy.converged || last)) continue;
+    copy.settled = true;
+    copy.solves = iteration;
+  }
+}
+
+inline bool all_settled(const StepContext& context) {
+  return std::all_of(context.copies.begin(), context.copies.end(), [](const Copy& copy) { return copy.settled; });
+}
+
+/// Solves the step's convex problems, one of each copy: Newton's method on the joints' laws, an O(n) solve of the whole
+/// tree each. What a copy comes to does not depend on which others step beside it.
 template <class T>
 inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
   SolveReport report;
   const int slots = plan.schedule.size();
+  for (Copy& copy : context.copies) {
+    copy.settled = copy.constrained = false;
+    copy.fraction = 1.0;
+  }
   while (true) {
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
-    report.constrained = find_velocities(context, plan, nodes, report.constrained);
-    ++report.solves;
-    report.converged = all_laws_hold(context, plan, nodes, kNewtonTolerance);
-    if (report.converged) return report;
-    if (report.solves >= kMaxNewtonIterations) {
-      report.converged = all_laws_hold(context, plan, nodes, kAcceptedTolerance);
-      return report;
-    }
-    // Where the function does not fall any more, this is its minimum as far as rounding lets one see.
-    report.converged = !accept_iterate(context, plan, nodes, report.constrained, report.solves);
-    if (report.converged) return report;
+    find_velocities(context, plan, nodes);
+    settle(context, plan, nodes, ++report.solves);
+    if (all_settled(context)) break;
+    measure_constraints(context, plan, nodes);
+    if (report.solves > kFreeIterations) line_search(context, plan, nodes, report.solves);
+    if (all_settled(context)) break;
+    put_by(context, plan, nodes, report.solves);
+    accept_iterates(context, plan, nodes, report.solves);
   }
+  const auto early = [&](const Copy& copy) { return copy.solves < report.solves; };
+  if (std::any_of(context.copies.begin(), context.copies.end(), early)) {
+    take_out(context, plan, nodes, report.solves);
+  }
+  report.constrained = any_constrained(context);
+  for (const Copy& copy : context.copies) report.converged = report.converged && copy.converged;
+  return report;
 }
 
 /// w_d = (s - t) / a per axis. An axis without gain has no torque and does not flow.
@@ -450,7 +500,7 @@ inline void commit_all(const StepContext& context, const Plan<T>& plan, const st
                        SolveReport& report) {
   measure_couplings(context, plan, nodes);
   measure_drives(context, nodes);
-  if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes, report.constrained);
+  if (report.constrained || !plan.limited.empty()) finish_constraints(context, plan, nodes);
   T probe{};
   Losses<T> losses;
   BoundSums<T> bound;

@@ -2,55 +2,61 @@
 
 namespace layfigure::dynamics {
 
+namespace {
+
+bool goes_on(const Copy& copy) { return copy.constrained && !copy.settled; }
+
+}  // namespace
+
 template <class T>
-void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
-    context.copies[k].constraints->gather(context, plan, nodes, k);
-  }
+void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy) {
+  context.copies[copy].constraints->gather(context, plan, nodes, copy);
 }
 
 void renew_constraints(const StepContext& context) {
-  for (Copy& copy : context.copies) copy.constraints->renew();
+  for (Copy& copy : context.copies) {
+    if (goes_on(copy)) copy.constraints->renew();
+  }
 }
 
 template <class T>
 bool solve_constraints(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
   bool changed = false;
   for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
-    if (context.copies[k].constraints->solve(context, plan, nodes, k)) changed = true;
+    const Copy& copy = context.copies[k];
+    if (goes_on(copy) && copy.constraints->solve(context, plan, nodes, k)) changed = true;
   }
   return changed;
 }
 
 template <class T>
-void finish_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, bool any) {
+void finish_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
-    if (!any) context.copies[k].constraints->clear();
-    context.copies[k].constraints->finish(context, plan, nodes, k);
+    const Copy& copy = context.copies[k];
+    if (!copy.constrained) copy.constraints->clear();
+    copy.constraints->finish(context, plan, nodes, k);
   }
 }
 
 template <class T>
 void measure_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
   for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
-    context.copies[k].constraints->measure(plan, nodes, k);
+    if (goes_on(context.copies[k])) context.copies[k].constraints->measure(plan, nodes, k);
   }
 }
 
-double constraint_slope(const StepContext& context, double fraction) {
-  double sum = 0.0;
-  for (const Copy& copy : context.copies) sum += copy.constraints->slope(fraction);
-  return sum;
-}
+double constraint_slope(const Copy& copy) { return copy.constrained ? copy.constraints->slope(copy.fraction) : 0.0; }
 
-void accept_constraints(const StepContext& context, double fraction, bool first) {
-  for (Copy& copy : context.copies) copy.constraints->accept(fraction, first);
+void accept_constraints(const StepContext& context, bool first) {
+  for (Copy& copy : context.copies) {
+    if (goes_on(copy)) copy.constraints->accept(copy.fraction, first);
+  }
 }
 
 #define LAYFIGURE_INSTANTIATE(T)                                                                           \
-  template void begin_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);        \
+  template void begin_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, int);       \
   template bool solve_constraints(const StepContext&, const Plan<T>&, std::vector<Node<T>>&);              \
-  template void finish_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, bool); \
+  template void finish_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&); \
   template void measure_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);
 LAYFIGURE_INSTANTIATE(double)
 LAYFIGURE_INSTANTIATE(math::Lanes4)

@@ -112,45 +112,41 @@ inline void begin_drives(const StepContext& context, const Plan<T>& plan, std::v
   add_to_joints(context, nodes);
 }
 
-/// Every drive agrees with its linearisation to a part `tolerance` of its torque, and `rounding` of what its resistance
-/// makes of its body's own velocity.
+/// Every drive of a copy agrees with its linearisation to a part `tolerance` of its torque, and `rounding` of what its
+/// resistance makes of its body's own velocity.
 template <class T>
-inline bool drives_hold(const StepContext& context, const std::vector<Node<T>>& nodes, double tolerance,
-                        double rounding) {
-  for (const Copy& copy : context.copies) {
-    for (const DriveTerms& drive : copy.drives) {
-      const Vec3<double> s = trial_torque(drive, relative_velocity(drive, nodes));
-      const Vec3<double> torque = drive_torque(drive, s);
-      const Vec3<double> error = torque - linearized_torque(drive, s);
-      const Vec3<double> spin = scaled(math::lane_of(nodes[drive.slot].w_WB, drive.lane), drive.resistance);
-      const double tolerated = tolerance * tolerance * dot(torque, torque) + rounding * rounding * dot(spin, spin);
-      if (!(dot(error, error) <= tolerated)) return false;
-    }
+inline bool drives_hold(const Copy& copy, const std::vector<Node<T>>& nodes, double tolerance, double rounding) {
+  for (const DriveTerms& drive : copy.drives) {
+    const Vec3<double> s = trial_torque(drive, relative_velocity(drive, nodes));
+    const Vec3<double> torque = drive_torque(drive, s);
+    const Vec3<double> error = torque - linearized_torque(drive, s);
+    const Vec3<double> spin = scaled(math::lane_of(nodes[drive.slot].w_WB, drive.lane), drive.resistance);
+    const double tolerated = tolerance * tolerance * dot(torque, torque) + rounding * rounding * dot(spin, spin);
+    if (!(dot(error, error) <= tolerated)) return false;
   }
   return true;
 }
 
-/// The drives' part of the slope in newton.h.
+/// The part of a copy's drives in the slope in newton.h.
 template <class T>
-inline double drive_slope(const StepContext& context, const std::vector<Node<T>>& nodes, double lambda) {
+inline double drive_slope(const Copy& copy, const std::vector<Node<T>>& nodes) {
   double sum = 0.0;
-  for (const Copy& copy : context.copies) {
-    for (const DriveTerms& drive : copy.drives) {
-      const Vec3<double> w_new = relative_velocity(drive, nodes);
-      const Vec3<double> d = w_new - drive.iterate;
-      const Vec3<double> affine_new = scaled(linearized_torque(drive, trial_torque(drive, w_new)), -copy.h);
-      const Vec3<double> affine = drive.affine + scaled(affine_new - drive.affine, lambda);
-      const Vec3<double> w = drive.iterate + scaled(d, lambda);
-      sum += dot(affine + scaled(drive_torque(drive, trial_torque(drive, w)), copy.h), d);
-    }
+  for (const DriveTerms& drive : copy.drives) {
+    const Vec3<double> w_new = relative_velocity(drive, nodes);
+    const Vec3<double> d = w_new - drive.iterate;
+    const Vec3<double> affine_new = scaled(linearized_torque(drive, trial_torque(drive, w_new)), -copy.h);
+    const Vec3<double> affine = drive.affine + scaled(affine_new - drive.affine, copy.fraction);
+    const Vec3<double> w = drive.iterate + scaled(d, copy.fraction);
+    sum += dot(affine + scaled(drive_torque(drive, trial_torque(drive, w)), copy.h), d);
   }
   return sum;
 }
 
-/// Linearises the drives at the part `lambda` of the way to the new solution.
+/// Linearises the drives at their copies' fractions of the way to the new solution.
 template <class T>
-inline void accept_drives(const StepContext& context, std::vector<Node<T>>& nodes, double lambda, bool first) {
+inline void accept_drives(const StepContext& context, std::vector<Node<T>>& nodes, bool first) {
   for (Copy& copy : context.copies) {
+    const double lambda = copy.fraction;
     for (DriveTerms& drive : copy.drives) {
       const Vec3<double> w = relative_velocity(drive, nodes);
       const Vec3<double> affine = scaled(linearized_torque(drive, trial_torque(drive, w)), -copy.h);

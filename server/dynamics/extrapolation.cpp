@@ -124,7 +124,7 @@ StepReport make_runs(const Model& model, const State& state, Workspace::Data& da
                                                .copies = active,
                                                .minds_energy = false});
     report.solves += solved.solves;
-    report.run_solves += solved.solves * static_cast<int>(active.size());
+    for (const Copy& copy : active) report.run_solves += copy.solves;
     report.converged = report.converged && solved.converged;
     if (!solved.finite) report.status = StepStatus::kNotFinite;
   }

@@ -87,7 +87,7 @@ bool shorten(const StepContext& context, Workspace::Data& data, Attempt& attempt
   double part = std::min(0.5, kShortTurn / turn);
   for (int k = 0; k < kShortenings; ++k) {
     data.copies[0].work = {};
-    const SolveReport report = data.shorten(context, part, attempt.solved.constrained);
+    const SolveReport report = data.shorten(context, part);
     attempt.solved.finite = report.finite;
     if (report.finite) measure(context, data, attempt);
     if (keeps_ledger(data, attempt)) return true;

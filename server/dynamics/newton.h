@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "drives.h"
@@ -60,81 +62,152 @@ inline T tolerated(const Node<T>& node, const Vec3<T>& s, double tolerance) {
   return tolerance * tolerance * dot(s, s) + kVelocityRounding * kVelocityRounding * noise;
 }
 
+/// The lanes in which the law agrees with its linearisation.
 template <class T>
-inline bool all_laws_hold(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
-                          double tolerance) {
-  const FlowLaw law = context.law;
-  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
-    if (!plan.constants[slot].flows) continue;
-    const Vec3<T> s = trial_torque(nodes[slot], nodes[slot].w_PB);
-    const Vec3<T> error = law_torque(law, nodes[slot], s) - linearized_torque(nodes[slot], s);
-    if (!math::all(dot(error, error) <= tolerated(nodes[slot], s, tolerance))) return false;
-  }
-  return drives_hold(context, nodes, tolerance, kVelocityRounding);
+inline auto holds(FlowLaw law, const Node<T>& node, double tolerance) {
+  const Vec3<T> s = trial_torque(node, node.w_PB);
+  const Vec3<T> error = law_torque(law, node, s) - linearized_torque(node, s);
+  return dot(error, error) <= tolerated(node, s, tolerance);
 }
 
-/// Slope of the convex function at `lambda` of the way from the last iterate to the new solution, all copies together.
-/// Every part of the gradient but the laws is affine on that way, and the gradient vanishes but for joints that can
-/// flow, for drives, and where a constraint pushes.
+/// Finds the copies that have not settled whose laws all hold; the others are not `converged`.
 template <class T>
-inline double slope_at(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
-                       bool constrained, double lambda) {
-  const FlowLaw law = context.law;
-  T sum{};
+inline void judge(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                  double tolerance) {
+  for (Copy& copy : context.copies) {
+    if (!copy.settled) copy.converged = drives_hold(copy, nodes, tolerance, kVelocityRounding);
+  }
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
-    const Node<T>& node = nodes[slot];
+    const auto held = holds(context.law, nodes[slot], tolerance);
+    if (math::all(held)) continue;
+    for (int k = 0; k < kLanes<T>; ++k) {
+      const Task& task = plan.schedule.tasks(slot)[k];
+      Copy& copy = context.copies[task.copy];
+      if (!task.idle && !copy.settled && !math::lane(held, k)) copy.converged = false;
+    }
+  }
+}
+
+/// What `number` tells of each lane's copy.
+template <class T, class F>
+inline T of_copies(const StepContext& context, const Plan<T>& plan, int slot, const F& number) {
+  const Task* tasks = plan.schedule.tasks(slot);
+  return math::from_lanes<T>([&](int k) { return number(context.copies[tasks[k].copy]); });
+}
+
+/// Puts by what the copies that have settled in this iteration go on with.
+template <class T>
+inline void put_by(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    Node<T>& node = nodes[slot];
+    const T now = of_copies(context, plan, slot, [iteration](const Copy& copy) {
+      return copy.settled && copy.solves == iteration ? 1.0 : 0.0;
+    });
+    const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
+    node.settled = select(now > T(0.0), newest, node.settled);
+  }
+}
+
+/// Takes out what copies that have settled before the last iteration put by.
+template <class T>
+inline void take_out(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iterations) {
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    Node<T>& node = nodes[slot];
+    const T early = of_copies(context, plan, slot,
+                              [iterations](const Copy& copy) { return copy.solves < iterations ? 1.0 : 0.0; });
+    const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
+    const Settled<T> all = select(early > T(0.0), node.settled, newest);
+    node.w_WB = all.w_WB;
+    node.v_WB = all.v_WB;
+    node.w_PB = all.w_PB;
+    if (!plan.constants[slot].flows) continue;
+    node.trial = all.trial;
+    node.linearized = all.linearized;
+    node.elastic = !math::any(node.linearized.flowing > T(0.0));
+  }
+}
+
+/// Slope of each copy's convex function at its fraction of the way from the last iterate to the new solution. Every
+/// part of the gradient but the laws is affine on that way, and the gradient vanishes but for joints that can flow, for
+/// drives, and where a constraint pushes. Summed in tree order, whatever the schedule.
+template <class T>
+inline std::array<double, kMaxOrder> slopes(const StepContext& context, const Plan<T>& plan,
+                                            std::vector<Node<T>>& nodes) {
+  const FlowLaw law = context.law;
+  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+    if (!plan.constants[slot].flows) continue;
+    Node<T>& node = nodes[slot];
+    const T lambda = of_copies(context, plan, slot, [](const Copy& copy) { return copy.fraction; });
     const Vec3<T> d = node.w_PB - node.iterate;
     const Vec3<T> w = node.iterate + scaled(d, lambda);
     const Vec3<T> affine_new = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     const Vec3<T> affine = node.affine + scaled(affine_new - node.affine, lambda);
     const Vec3<T> torque = law_torque(law, node, trial_torque(node, w));
-    sum = sum + dot(affine + scaled(torque, node.h), d);
+    node.slope = dot(affine + scaled(torque, node.h), d);
   }
-  double total = drive_slope(context, nodes, lambda);
-  if (constrained) total += constraint_slope(context, lambda);
-  for (int k = 0; k < math::LaneTraits<T>::kCount; ++k) total += math::lane(sum, k);
-  return total;
+  std::array<double, kMaxOrder> sums;
+  for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
+    sums[k] = drive_slope(context.copies[k], nodes) + constraint_slope(context.copies[k]);
+    for (const int body : plan.flowing) {
+      sums[k] += math::lane(nodes[plan.schedule.slot_of(k, body)].slope, plan.schedule.lane_of(k, body));
+    }
+  }
+  return sums;
 }
 
-/// How far to go towards the new solution: the whole way, unless it overshoots the minimum. 0 where the function does
-/// not fall any more on the way, so that the last iterate is its minimum to rounding.
+/// How far each copy goes towards its new solution: the whole way, unless it overshoots the minimum. A copy whose
+/// function does not fall any more on the way settles: the last iterate is its minimum to rounding.
 template <class T>
-inline double line_search(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
-                          bool constrained) {
-  const double start = slope_at(context, plan, nodes, constrained, 0.0);
-  if (!(start < 0.0)) return 0.0;
-  double low = 0.0;
-  double high = 1.0;
-  double lambda = 1.0;
-  for (int k = 0; k < kLineSearchIterations; ++k) {
-    const double slope = slope_at(context, plan, nodes, constrained, lambda);
-    if (std::abs(slope) <= -kSlopeReduction * start || (slope < 0.0 && lambda == 1.0)) break;
-    (slope > 0.0 ? high : low) = lambda;
-    lambda = 0.5 * (low + high);
+inline void line_search(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+  struct Search {
+    double low{0.0};
+    double high{1.0};
+    bool going{false};
+  };
+  std::array<Search, kMaxOrder> searches;
+  const int copies = static_cast<int>(context.copies.size());
+  for (Copy& copy : context.copies) copy.fraction = 0.0;
+  const std::array<double, kMaxOrder> start = slopes(context, plan, nodes);
+  for (int k = 0; k < copies; ++k) {
+    Copy& copy = context.copies[k];
+    copy.fraction = 1.0;
+    if (copy.settled) continue;
+    searches[k].going = start[k] < 0.0;
+    if (searches[k].going) continue;
+    copy.settled = copy.converged = true;
+    copy.solves = iteration;
   }
-  return lambda;
+  const auto going = [](const Search& search) { return search.going; };
+  for (int n = 0; n < kLineSearchIterations && std::any_of(searches.begin(), searches.begin() + copies, going); ++n) {
+    const std::array<double, kMaxOrder> slope = slopes(context, plan, nodes);
+    for (int k = 0; k < copies; ++k) {
+      Search& search = searches[k];
+      double& lambda = context.copies[k].fraction;
+      if (!search.going) continue;
+      search.going = !(std::abs(slope[k]) <= -kSlopeReduction * start[k] || (slope[k] < 0.0 && lambda == 1.0));
+      if (!search.going) continue;
+      (slope[k] > 0.0 ? search.high : search.low) = lambda;
+      lambda = 0.5 * (search.low + search.high);
+    }
+  }
 }
 
-/// Accepts the new solution, or a part of the way to it, and linearises the laws there. False if there was no way to
-/// go.
+/// Accepts the new solutions, or parts of the way to them, and linearises the laws there.
 template <class T>
-inline bool accept_iterate(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
-                           bool constrained, int iteration) {
-  if (constrained) measure_constraints(context, plan, nodes);
-  const double lambda = iteration <= kFreeIterations ? 1.0 : line_search(context, plan, nodes, constrained);
-  if (lambda == 0.0) return false;
-  if (constrained) accept_constraints(context, lambda, iteration == 1);
+inline void accept_iterates(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
+                            int iteration) {
+  accept_constraints(context, iteration == 1);
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     if (!plan.constants[slot].flows) continue;
     Node<T>& node = nodes[slot];
+    const T lambda = of_copies(context, plan, slot, [](const Copy& copy) { return copy.fraction; });
     const Vec3<T> affine = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     node.affine = iteration == 1 ? affine : node.affine + scaled(affine - node.affine, lambda);
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
     linearize(context.law, trial_torque(node, node.iterate), node);
   }
-  accept_drives(context, nodes, lambda, iteration == 1);
-  return true;
+  accept_drives(context, nodes, iteration == 1);
 }
 
 }  // namespace layfigure::dynamics

@@ -72,9 +72,11 @@ void arrange(const Model& model, const RigidGroups& groups, const Levers& levers
     }
   }
   plan.limited.clear();
+  plan.flowing.clear();
   for (const int i : groups.carriers()) {
     const bool jointed = model.body(i).parent >= 0 || model.root() == RootKind::kBall;
     if (jointed && model.body(i).limits.any()) plan.limited.push_back(i);
+    if (jointed && std::isfinite(model.body(i).joint.yield_torque)) plan.flowing.push_back(i);
   }
   set_bounds(model, groups, levers, plan.schedule, plan.bounds);
 }
@@ -84,6 +86,7 @@ Plan<T> make_plan(const Model& model, const RigidGroups& groups, const Levers& l
   Plan<T> plan{.schedule = Schedule(groups.parents(), copies, math::LaneTraits<T>::kCount),
                .constants = {},
                .limited = {},
+               .flowing = {},
                .bounds = {}};
   arrange(model, groups, levers, plan);
   return plan;

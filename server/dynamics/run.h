@@ -108,6 +108,28 @@ struct Before {
   T limit_slack;
 };
 
+/// What a step goes on with once Newton's method has ended.
+template <class T>
+struct Settled {
+  Vec3<T> w_WB;
+  Vec3<T> v_WB;
+  Vec3<T> w_PB;
+  Vec3<T> trial;
+  Return<T> linearized;
+};
+
+template <class Mask, class T>
+inline Settled<T> select(const Mask& mask, const Settled<T>& yes, const Settled<T>& no) {
+  const Return<T>& a = yes.linearized;
+  const Return<T>& b = no.linearized;
+  return {math::select(mask, yes.w_WB, no.w_WB),
+          math::select(mask, yes.v_WB, no.v_WB),
+          math::select(mask, yes.w_PB, no.w_PB),
+          math::select(mask, yes.trial, no.trial),
+          {math::select(mask, a.share, b.share), math::select(mask, a.u, b.u),
+           math::select(mask, a.curvature, b.curvature), math::select(mask, a.flowing, b.flowing)}};
+}
+
 /// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said. What every
 /// step uses comes first, and side by side what is used together: a step's time goes to the caches as much as to sums.
 template <class T>
@@ -156,6 +178,8 @@ struct alignas(64) Node {
   Vec3<T> drive_residual;
   Articulated<T> spring;  ///< what couplings add
   Articulated<T> root;    ///< of the lanes that hold free roots
+  T slope;                ///< the law's part of the slope in the line search
+  Settled<T> settled;     ///< of the lanes whose copies have settled before others
   // for other slots
   LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints ...
   Articulated<T> passed_whole;           ///< ... or this, if the schedule passes the slot's whole
@@ -210,6 +234,12 @@ struct Copy {
   double offset{0.0};                          ///< of the sub-step from the step's beginning [s]
   Work work;                                   ///< of all its sub-steps
   ConstraintSet* constraints{nullptr};         ///< its contacts, ties and limits
+  // of the sub-step: how Newton's method fares
+  int solves{0};
+  bool settled{false};      ///< it has ended ...
+  bool converged{false};    ///< ... within its tolerance
+  bool constrained{false};  ///< there are contacts, ties or limits to solve for
+  double fraction{1.0};     ///< part of the way to the newest solution that the next iterate takes
 };
 
 template <class T>
@@ -221,6 +251,7 @@ struct Plan {
   Schedule schedule;
   std::vector<Constants<T>> constants;
   std::vector<int> limited;               ///< the bodies whose joints have limits
+  std::vector<int> flowing;               ///< the bodies whose joints have finite yield torques
   std::vector<BoundConstants<T>> bounds;  ///< creation_bound.h
 };
 
@@ -243,21 +274,22 @@ struct SolveReport {
   bool dissipative{false};  ///< where energy is minded: under gravity alone, it surely created none
 };
 
-/// The part of the constraints in a base step, for all copies (constrain.cpp). `begin` makes the rows of the sub-step,
-/// `renew` follows every elimination of the joints. `solve` applies impulses to the factors; true: the velocities must
-/// be computed anew, and solve again. `finish` takes the final velocities; `any`: there are rows at all.
+/// The part of the constraints in a base step (constrain.cpp). `begin` makes a copy's rows of the sub-step. The others
+/// are for all copies that have rows and have not settled: `renew` follows every elimination of the joints. `solve`
+/// applies impulses to the factors; true: the velocities must be computed anew, and solve again. `finish` takes the
+/// final velocities, of all copies.
 template <class T>
-void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
+void begin_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
 void renew_constraints(const StepContext& context);
 template <class T>
 bool solve_constraints(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes);
 template <class T>
-void finish_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, bool any);
+void finish_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
 /// Theirs in Newton's line search (newton.h).
 template <class T>
 void measure_constraints(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes);
-double constraint_slope(const StepContext& context, double fraction);
-void accept_constraints(const StepContext& context, double fraction, bool first);
+double constraint_slope(const Copy& copy);
+void accept_constraints(const StepContext& context, bool first);
 
 /// One base step of every copy. `nodes` has one entry per slot and one for the world.
 SolveReport base_step(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes);
@@ -268,11 +300,11 @@ SolveReport base_step(const StepContext& context, const Plan<math::Lanes4>& plan
 double largest_turn(const Plan<double>& plan, const std::vector<Node<double>>& nodes);
 double largest_turn(const Plan<math::Lanes4>& plan, const std::vector<Node<math::Lanes4>>& nodes);
 
-/// Makes the last base step end a part of its way, with velocities that are smaller alike, without another solve. Its
-/// rows, if it was `constrained`, keep their impulses. The copies' work is added to.
-SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes, double part,
-                    bool constrained);
+/// Makes the last base step end a part of its way, with velocities that are smaller alike, without another solve. Rows
+/// keep their impulses. The copies' work is added to.
+SolveReport shorten(const StepContext& context, const Plan<double>& plan, std::vector<Node<double>>& nodes,
+                    double part);
 SolveReport shorten(const StepContext& context, const Plan<math::Lanes4>& plan, std::vector<Node<math::Lanes4>>& nodes,
-                    double part, bool constrained);
+                    double part);
 
 }  // namespace layfigure::dynamics

@@ -18,8 +18,8 @@ inline double largest_turn_of(const Plan<T>& plan, const std::vector<Node<T>>& n
 }
 
 template <class T>
-inline SolveReport shorten_of(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, double part,
-                              bool constrained) {
+inline SolveReport shorten_of(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
+                              double part) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Node<T>& node = nodes[slot];
     node.w_WB = scaled(node.w_WB, part);
@@ -28,7 +28,7 @@ inline SolveReport shorten_of(const StepContext& context, const Plan<T>& plan, s
     if (plan.constants[slot].flows) linearize(context.law, trial_torque(node, node.w_PB), node);
   }
   SolveReport report;
-  report.constrained = constrained;
+  report.constrained = any_constrained(context);
   commit_all(context, plan, nodes, report);
   return report;
 }

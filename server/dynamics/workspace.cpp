@@ -98,9 +98,9 @@ double Workspace::Data::largest_turn() const {
   return goes_narrow ? dynamics::largest_turn(narrow, narrow_nodes) : dynamics::largest_turn(plans[0], nodes);
 }
 
-SolveReport Workspace::Data::shorten(const StepContext& context, double part, bool constrained) {
-  if (goes_narrow) return dynamics::shorten(context, narrow, narrow_nodes, part, constrained);
-  return dynamics::shorten(context, plans[0], nodes, part, constrained);
+SolveReport Workspace::Data::shorten(const StepContext& context, double part) {
+  if (goes_narrow) return dynamics::shorten(context, narrow, narrow_nodes, part);
+  return dynamics::shorten(context, plans[0], nodes, part);
 }
 
 Balance Workspace::Data::measure_balance(const StepContext& context) {

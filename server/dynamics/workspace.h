@@ -27,7 +27,7 @@ struct Workspace::Data {
 
   // Of the last base step, which was one of a single copy:
   double largest_turn() const;
-  SolveReport shorten(const StepContext& context, double part, bool constrained);
+  SolveReport shorten(const StepContext& context, double part);
   Balance measure_balance(const StepContext& context);
   /// Rotational energy of a group and what turning added to it, as measure_balance() found them [J].
   struct Turning {

@@ -124,6 +124,9 @@ inline bool all(bool mask) { return mask; }
 inline bool any(const Mask4& mask) { return (mask.v[0] | mask.v[1] | mask.v[2] | mask.v[3]) != 0; }
 inline bool all(const Mask4& mask) { return (mask.v[0] & mask.v[1] & mask.v[2] & mask.v[3]) != 0; }
 
+inline bool lane(bool mask, int) { return mask; }
+inline bool lane(const Mask4& mask, int index) { return mask.v[index] != 0; }
+
 inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
 inline Lanes4 select(const Mask4& mask, const Lanes4& yes, const Lanes4& no) { return Lanes4(mask.v ? yes.v : no.v); }
 
