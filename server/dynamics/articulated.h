@@ -97,13 +97,16 @@ inline Articulated<T> select(const Mask& mask, const Articulated<T>& yes, const 
 template <class T>
 inline Articulated<T> eliminate_in_section(const Articulated<T>& own, const Sym3<T>& G, const Vec3<T>& residual,
                                            Node<T>& node) {
-  const auto sectional = node.sectional > T(0.0);
   const Mat3<T>& E = node.axes;
   const Mat3<T> Dt = transposed(motion_of(node));
-  const Articulated<T> turned{congruent(Dt, own.A), Dt * own.H, own.M, Dt * own.b_angular, own.b_linear};
+  const auto turned = [](const Mat3<T>& R, const Articulated<T>& a) -> Articulated<T> {
+    return {congruent(R, a.A), R * a.H, a.M, R * a.b_angular, a.b_linear};
+  };
+  if (!node.mixed) return turned(E, eliminate(turned(Dt, own), G, residual, node));
+  const auto sectional = node.sectional > T(0.0);
   const Articulated<T> up =
-      eliminate(select(sectional, turned, own), G, math::select(sectional, residual, E * residual), node);
-  return select(sectional, {congruent(E, up.A), E * up.H, up.M, E * up.b_angular, up.b_linear}, up);
+      eliminate(select(sectional, turned(Dt, own), own), G, math::select(sectional, residual, E * residual), node);
+  return select(sectional, turned(E, up), up);
 }
 
 /// A reduced child seen from the parent's origin, which is -r away:

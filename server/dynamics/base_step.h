@@ -241,7 +241,11 @@ inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, i
   Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
   if (node.driven) residual += node.drive_residual;
   node.in_section = node.driven || !(node.elastic && plan.constants[slot].isotropic);
-  if (node.in_section) node.sectional = sectional_lanes(plan.constants[slot], node);
+  node.mixed = false;
+  if (node.in_section) {
+    node.sectional = sectional_lanes(plan.constants[slot], node);
+    node.mixed = !math::all(node.sectional > T(0.0));
+  }
   const auto up = node.in_section ? eliminate_in_section(own, gain_of(node), residual, node)
                                   : eliminate(own, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
   pass_to_parents(plan, slot, shifted(up, node.r), node);
@@ -253,7 +257,12 @@ inline void update_velocities(const Plan<T>& plan, std::vector<Node<T>>& nodes, 
   Node<T>& node = nodes[slot];
   const auto [W, V] = velocities_of_parents(plan, nodes, slot);
   node.v_WB = V + cross(W, node.r);
-  if (node.in_section) {
+  if (node.in_section && !node.mixed) {
+    const Vec3<T> W_S = transposed_times(node.axes, W);
+    const Vec3<T> w_S = node.y + node.P * W_S - node.B * node.v_WB;
+    node.w_WB = motion_of(node) * w_S;
+    node.w_PB = w_S - W_S;
+  } else if (node.in_section) {
     const auto sectional = node.sectional > T(0.0);
     const Vec3<T> W_F = math::select(sectional, transposed_times(node.axes, W), W);
     const Vec3<T> w_F = node.y + node.P * W_F - node.B * node.v_WB;
@@ -304,45 +313,40 @@ inline bool nears_limit(const StepContext& context, const Plan<T>& plan, const s
 
 /// Makes the rows of the copies that have got constraints to solve for.
 template <class T>
-inline void find_constrained(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
+inline void find_constrained(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                             SolveReport& report) {
   if (!constraints_matter(context, plan, nodes)) return;
   const bool all = !context.inputs->contacts.empty() || !context.inputs->ties.empty();
   for (int k = 0; k < static_cast<int>(context.copies.size()); ++k) {
     Copy& copy = context.copies[k];
     if (copy.constrained || copy.settled || !(all || nears_limit(context, plan, nodes, k))) continue;
-    copy.constrained = true;
+    report.constrained = copy.constrained = true;
     begin_constraints(context, plan, nodes, k);
   }
 }
 
-inline bool any_constrained(const StepContext& context) {
-  return std::any_of(context.copies.begin(), context.copies.end(), [](const Copy& copy) { return copy.constrained; });
-}
-
 /// Velocities after the joints have been eliminated, with the constraints' impulses.
 template <class T>
-inline void find_velocities(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
+inline void find_velocities(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
+                            SolveReport& report) {
   update_all_velocities(plan, nodes);
-  find_constrained(context, plan, nodes);
-  if (!any_constrained(context)) return;
+  find_constrained(context, plan, nodes, report);
+  if (!report.constrained) return;
   renew_constraints(context);
   while (solve_constraints(context, plan, nodes)) update_all_velocities(plan, nodes);
 }
 
-/// The copies whose laws hold settle, at the last iteration all.
+/// The copies whose laws hold settle, in the last iteration all. Returns whether all have.
 template <class T>
-inline void settle(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+inline bool settle(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   const bool last = iteration >= kMaxNewtonIterations;
   judge(context, plan, nodes, last ? kAcceptedTolerance : kNewtonTolerance);
+  bool all = true;
   for (Copy& copy : context.copies) {
-    if (copy.settled || !(copy.converged || last)) continue;
-    copy.settled = true;
-    copy.solves = iteration;
+    if (!copy.settled && (copy.converged || last)) settle(copy, iteration);
+    all = all && copy.settled;
   }
-}
-
-inline bool all_settled(const StepContext& context) {
-  return std::all_of(context.copies.begin(), context.copies.end(), [](const Copy& copy) { return copy.settled; });
+  return all;
 }
 
 /// Solves the step's convex problems, one of each copy: Newton's method on the joints' laws, an O(n) solve of the whole
@@ -351,27 +355,19 @@ template <class T>
 inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
   SolveReport report;
   const int slots = plan.schedule.size();
-  for (Copy& copy : context.copies) {
-    copy.settled = copy.constrained = false;
-    copy.fraction = 1.0;
-  }
+  for (Copy& copy : context.copies) copy.settled = copy.constrained = false;
   while (true) {
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
-    find_velocities(context, plan, nodes);
-    settle(context, plan, nodes, ++report.solves);
-    if (all_settled(context)) break;
-    measure_constraints(context, plan, nodes);
-    if (report.solves > kFreeIterations) line_search(context, plan, nodes, report.solves);
-    if (all_settled(context)) break;
-    put_by(context, plan, nodes, report.solves);
-    accept_iterates(context, plan, nodes, report.solves);
+    find_velocities(context, plan, nodes, report);
+    if (settle(context, plan, nodes, ++report.solves)) break;
+    if (!improve(context, plan, nodes, report.solves)) break;
   }
-  const auto early = [&](const Copy& copy) { return copy.solves < report.solves; };
-  if (std::any_of(context.copies.begin(), context.copies.end(), early)) {
-    take_out(context, plan, nodes, report.solves);
+  bool together = true;
+  for (const Copy& copy : context.copies) {
+    report.converged = report.converged && copy.converged;
+    together = together && copy.solves == report.solves;
   }
-  report.constrained = any_constrained(context);
-  for (const Copy& copy : context.copies) report.converged = report.converged && copy.converged;
+  if (!together) take_out(context, plan, nodes, report.solves);
   return report;
 }
 
@@ -442,10 +438,9 @@ inline T remaining_slack(const Constants<T>& body, const Node<T>& node) {
 template <class T>
 inline Quat<T> turned(const Constants<T>& body, const Node<T>& node) {
   const Before<T>& now = node.before;
-  const Quat<T> freely = now.rotation * math::exp_rotation(scaled(node.w_PB, node.h));
-  if (body.isotropic) return renormalized(freely);
-  return renormalized(
-      math::select(body.anisotropic > T(0.0), now.rest * strained(body, node, node.w_PB), freely));
+  if (body.isotropic) return renormalized(now.rotation * math::exp_rotation(scaled(node.w_PB, node.h)));
+  return renormalized(math::select(body.anisotropic > T(0.0), now.rest * strained(body, node, node.w_PB),
+                                   now.rotation * math::exp_rotation(scaled(node.w_PB, node.h))));
 }
 
 /// A torque of the laws in the bodies' axes.

@@ -53,10 +53,10 @@ void accept_constraints(const StepContext& context, bool first) {
   }
 }
 
-#define LAYFIGURE_INSTANTIATE(T)                                                                           \
-  template void begin_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, int);       \
-  template bool solve_constraints(const StepContext&, const Plan<T>&, std::vector<Node<T>>&);              \
-  template void finish_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&); \
+#define LAYFIGURE_INSTANTIATE(T)                                                                         \
+  template void begin_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&, int); \
+  template bool solve_constraints(const StepContext&, const Plan<T>&, std::vector<Node<T>>&);            \
+  template void finish_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);     \
   template void measure_constraints(const StepContext&, const Plan<T>&, const std::vector<Node<T>>&);
 LAYFIGURE_INSTANTIATE(double)
 LAYFIGURE_INSTANTIATE(math::Lanes4)

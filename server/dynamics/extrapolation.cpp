@@ -89,6 +89,71 @@ double largest_correction(const Runs& runs, Carriers carriers, const double* wei
   return std::sqrt(most);
 }
 
+/// Runs first .. end - 1.
+struct Share {
+  int first;
+  int end;
+};
+
+/// What the sub-steps of a share came to.
+struct Made {
+  std::array<int, kMaxOrder> solves{};  ///< of each sub-step, those of runs that go side by side counted once
+  int run_solves{0};
+  bool converged{true};
+  bool finite{true};
+};
+
+/// Where sub-step `sub` of a run begins and what acts on it.
+void begin_sub_step(const State& state, Workspace::Data& data, const Inputs& inputs, const Interval& interval, int run,
+                    int sub) {
+  Copy& copy = data.copies[run];
+  copy.from = sub == 0 ? state.bodies.data() : data.runs[run].data();
+  copy.to = data.runs[run].data();
+  copy.h = interval.length / (run + 1);
+  copy.offset = interval.offset + sub * copy.h;
+  if (sub == 0) copy.work = {};
+  if (inputs.loads != nullptr) take_loads(*inputs.loads, state.time + (sub + 1) * copy.h, data.groups, copy);
+}
+
+Made make_share(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
+                const Interval& interval, const Share& share, Scratch& scratch) {
+  Made made;
+  const Eigen::Vector3d& g = model.gravity();
+  for (int run = share.first; run < share.end; ++run) data.constraints[run].start(state.constraints, inputs);
+  for (int sub = 0; sub < share.end; ++sub) {
+    const int first = std::max(share.first, sub);
+    const std::span<Copy> active(data.copies.data() + first, share.end - first);
+    for (int run = first; run < share.end; ++run) begin_sub_step(state, data, inputs, interval, run, sub);
+    const SolveReport solved = data.base_step({.model = &model,
+                                               .law = model.law(),
+                                               .gravity = {g.x(), g.y(), g.z()},
+                                               .time = state.time,
+                                               .inputs = &inputs,
+                                               .copies = active,
+                                               .minds_energy = false},
+                                              scratch);
+    made.solves[sub] = solved.solves;
+    for (const Copy& copy : active) made.run_solves += copy.solves;
+    made.converged = made.converged && solved.converged;
+    made.finite = made.finite && solved.finite;
+  }
+  return made;
+}
+
+/// The same report whatever the shares.
+StepReport joined(std::span<const Made> shares) {
+  StepReport report;
+  std::array<int, kMaxOrder> solves{};
+  for (const Made& made : shares) {
+    for (int sub = 0; sub < kMaxOrder; ++sub) solves[sub] = std::max(solves[sub], made.solves[sub]);
+    report.run_solves += made.run_solves;
+    report.converged = report.converged && made.converged;
+    if (!made.finite) report.status = StepStatus::kNotFinite;
+  }
+  for (const int most : solves) report.solves += most;
+  return report;
+}
+
 }  // namespace
 
 void take_loads(const Loads& loads, double time, const RigidGroups& groups, Copy& copy) {
@@ -99,35 +164,15 @@ void take_loads(const Loads& loads, double time, const RigidGroups& groups, Copy
 
 StepReport make_runs(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
                      const Interval& interval, int order) {
-  StepReport report;
+  const Shares& shares = data.shares[order - 1];
+  std::array<Made, kMaxOrder> made;
+  data.crew.run(shares.count, [&](int part) {
+    const Share share{.first = shares.ends[part], .end = shares.ends[part + 1]};
+    made[part] = make_share(model, state, data, inputs, interval, share, data.scratch[shares.count - 1 - part]);
+  });
+  data.factored_version = data.groups.version();
+  StepReport report = joined({made.data(), static_cast<std::size_t>(shares.count)});
   report.extrapolated = order > 1;
-  for (int k = 0; k < order; ++k) data.constraints[k].start(state.constraints, inputs);
-  for (int sub = 0; sub < order; ++sub) {
-    const std::span<Copy> active(data.copies.data() + sub, order - sub);
-    for (int k = sub; k < order; ++k) {
-      Copy& copy = data.copies[k];
-      copy.from = sub == 0 ? state.bodies.data() : data.runs[k].data();
-      copy.to = data.runs[k].data();
-      copy.h = interval.length / (k + 1);
-      copy.offset = interval.offset + sub * copy.h;
-      if (sub == 0) copy.work = {};
-      if (inputs.loads != nullptr) {
-        take_loads(*inputs.loads, state.time + (sub + 1) * copy.h, data.groups, copy);
-      }
-    }
-    const Eigen::Vector3d& g = model.gravity();
-    const SolveReport solved = data.base_step({.model = &model,
-                                               .law = model.law(),
-                                               .gravity = {g.x(), g.y(), g.z()},
-                                               .time = state.time,
-                                               .inputs = &inputs,
-                                               .copies = active,
-                                               .minds_energy = false});
-    report.solves += solved.solves;
-    for (const Copy& copy : active) report.run_solves += copy.solves;
-    report.converged = report.converged && solved.converged;
-    if (!solved.finite) report.status = StepStatus::kNotFinite;
-  }
   for (int k = 0; k + 1 < order; ++k) {
     report.extrapolated = report.extrapolated && data.constraints[k].agrees_with(data.constraints[order - 1]);
   }

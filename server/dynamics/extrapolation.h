@@ -15,7 +15,8 @@ struct Interval {
 void take_loads(const Loads& loads, double time, const RigidGroups& groups, Copy& copy);
 
 /// Makes `order` runs from `state`, all over the whole interval: run k, in data.runs[k], has k + 1 sub-steps. All runs
-/// that still have sub-steps to make, make them together.
+/// of a thread's share (shares.h) that still have sub-steps to make, make them together. What a run comes to, bit for
+/// bit, does not depend on the shares; but the work that it did is summed in the order of the slots.
 [[nodiscard]] StepReport make_runs(const Model& model, const State& state, Workspace::Data& data, const Inputs& inputs,
                                    const Interval& interval, int order);
 

@@ -151,9 +151,11 @@ inline void add_children(const Plan<T>& plan, const std::vector<Node<T>>& nodes,
   const Schedule& schedule = plan.schedule;
   if (schedule.adds_whole(slot)) {
     const std::span<const int> children = schedule.children(slot, schedule.busy_lane(slot));
-    if (children.empty()) return;
-    Articulated<T> sum = nodes[children[0] / kLanes<T>].passed_whole;
-    for (const int place : children.subspan(1)) sum += nodes[place / kLanes<T>].passed_whole;
+    const auto passed_by = [&](int place) -> const Articulated<T>& { return nodes[place / kLanes<T>].passed_whole; };
+    if (children.size() == 1) own += passed_by(children[0]);
+    if (children.size() < 2) return;
+    Articulated<T> sum = passed_by(children[0]);
+    for (const int place : children.subspan(1)) sum += passed_by(place);
     own += sum;
     return;
   }

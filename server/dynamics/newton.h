@@ -74,20 +74,32 @@ inline auto holds(FlowLaw law, const Node<T>& node, double tolerance) {
 template <class T>
 inline void judge(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
                   double tolerance) {
+  int hopeful = 0;  // copies of which nothing has been found yet that does not hold
   for (Copy& copy : context.copies) {
-    if (!copy.settled) copy.converged = drives_hold(copy, nodes, tolerance, kVelocityRounding);
+    if (copy.settled) continue;
+    copy.converged = drives_hold(copy, nodes, tolerance, kVelocityRounding);
+    hopeful += copy.converged ? 1 : 0;
   }
-  for (int slot = 0; slot < plan.schedule.size(); ++slot) {
+  for (int slot = 0; slot < plan.schedule.size() && hopeful > 0; ++slot) {
     if (!plan.constants[slot].flows) continue;
     const auto held = holds(context.law, nodes[slot], tolerance);
     if (math::all(held)) continue;
     for (int k = 0; k < kLanes<T>; ++k) {
       const Task& task = plan.schedule.tasks(slot)[k];
       Copy& copy = context.copies[task.copy];
-      if (!task.idle && !copy.settled && !math::lane(held, k)) copy.converged = false;
+      if (task.idle || copy.settled || !copy.converged || math::lane(held, k)) continue;
+      copy.converged = false;
+      --hopeful;
     }
   }
 }
+
+inline void settle(Copy& copy, int iteration) {
+  copy.settled = true;
+  copy.solves = iteration;
+}
+
+inline bool settled_in(int iteration, const Copy& copy) { return copy.settled && copy.solves == iteration; }
 
 /// What `number` tells of each lane's copy.
 template <class T, class F>
@@ -101,9 +113,9 @@ template <class T>
 inline void put_by(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Node<T>& node = nodes[slot];
-    const T now = of_copies(context, plan, slot, [iteration](const Copy& copy) {
-      return copy.settled && copy.solves == iteration ? 1.0 : 0.0;
-    });
+    const T now = of_copies(context, plan, slot,
+                            [iteration](const Copy& copy) { return settled_in(iteration, copy) ? 1.0 : 0.0; });
+    if (!math::any(now > T(0.0))) continue;
     const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
     node.settled = select(now > T(0.0), newest, node.settled);
   }
@@ -114,8 +126,9 @@ template <class T>
 inline void take_out(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iterations) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Node<T>& node = nodes[slot];
-    const T early = of_copies(context, plan, slot,
-                              [iterations](const Copy& copy) { return copy.solves < iterations ? 1.0 : 0.0; });
+    const T early =
+        of_copies(context, plan, slot, [iterations](const Copy& copy) { return copy.solves < iterations ? 1.0 : 0.0; });
+    if (!math::any(early > T(0.0))) continue;
     const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
     const Settled<T> all = select(early > T(0.0), node.settled, newest);
     node.w_WB = all.w_WB;
@@ -175,8 +188,8 @@ inline void line_search(const StepContext& context, const Plan<T>& plan, std::ve
     if (copy.settled) continue;
     searches[k].going = start[k] < 0.0;
     if (searches[k].going) continue;
-    copy.settled = copy.converged = true;
-    copy.solves = iteration;
+    copy.converged = true;
+    settle(copy, iteration);
   }
   const auto going = [](const Search& search) { return search.going; };
   for (int n = 0; n < kLineSearchIterations && std::any_of(searches.begin(), searches.begin() + copies, going); ++n) {
@@ -208,6 +221,23 @@ inline void accept_iterates(const StepContext& context, const Plan<T>& plan, std
     linearize(context.law, trial_torque(node, node.iterate), node);
   }
   accept_drives(context, nodes, iteration == 1);
+}
+
+/// Goes on from iteration `iteration`, whose solutions are not those of all copies. Returns whether some copy has not
+/// settled.
+template <class T>
+inline bool improve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
+  measure_constraints(context, plan, nodes);
+  if (iteration == 1) {
+    for (Copy& copy : context.copies) copy.fraction = 1.0;
+  }
+  if (iteration > kFreeIterations) line_search(context, plan, nodes, iteration);
+  const auto settled = [](const Copy& copy) { return copy.settled; };
+  if (std::all_of(context.copies.begin(), context.copies.end(), settled)) return false;
+  const auto now = [iteration](const Copy& copy) { return settled_in(iteration, copy); };
+  if (std::any_of(context.copies.begin(), context.copies.end(), now)) put_by(context, plan, nodes, iteration);
+  accept_iterates(context, plan, nodes, iteration);
+  return true;
 }
 
 }  // namespace layfigure::dynamics

@@ -67,6 +67,7 @@ void arrange(const Model& model, const RigidGroups& groups, const Levers& levers
       const bool none = task.idle;
       set_body(none ? idle : groups.group(task.body), none ? unjointed : model.body(task.body),
                none ? RootKind::kBall : model.root(), k, constants);
+      if (none) math::set_lane(constants.anisotropic, k, 1.0);  // so that it never makes a slot mixed
       constants.based = constants.based || (!none && task.parent_slot == plan.schedule.size());
       math::set_lane(constants.reported, k, !none && task.copy + 1 == plan.schedule.copies() ? 1.0 : 0.0);
     }

@@ -237,9 +237,9 @@ bool PortResponse::measure(const Model& model, const State& before, Workspace& w
   data.read_ports(model, before, source.groups, ports);
   data.read_rows(source.constraints[source.finest]);
   if (source.goes_narrow) {
-    data.measure(before, source.narrow, source.narrow_nodes, step_length);
+    data.measure(before, source.narrow, source.scratch[0].narrow, step_length);
   } else {
-    data.measure(before, source.plans[0], source.nodes, step_length);
+    data.measure(before, source.plans[0], source.scratch[0].wide, step_length);
   }
   return true;
 }

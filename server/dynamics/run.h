@@ -44,7 +44,7 @@ struct alignas(64) Constants {
   T yield;
   T hardening;
   T unlimited;      ///< infinite where the joint has no limits, 0 elsewhere
-  T anisotropic;    ///< 1 where the joint's law differs between the axes, 0 elsewhere
+  T anisotropic;    ///< 1 where the joint's law differs between the axes, and in idle lanes, 0 elsewhere
   T free;           ///< 1 for a root that no joint holds
   T fixed;          ///< 1 for a root that is welded to the world
   Quat<T> section;  ///< R_BS
@@ -136,12 +136,11 @@ template <class T>
 struct alignas(64) Node {
   T h;              ///< length of the step
   bool held;        ///< couplings hold some lane's body
-  bool driven;      ///< drives turn some lane's joint ...
-  T drives;         ///< ... and in which lanes they do: 1, elsewhere 0
+  bool driven;      ///< drives turn some lane's joint
   bool elastic;     ///< linearised below yield in every lane
   bool skewed;      ///< axes and motion differ
   bool in_section;  ///< some lane's factor is in section axes ...
-  T sectional;      ///< ... and which: 1 there, elsewhere 0
+  bool mixed;       ///< ... and some other's is not
   Before<T> before;
   // kinematics
   Quat<T> orientation;
@@ -160,7 +159,7 @@ struct alignas(64) Node {
   // velocities of the body
   Vec3<T> w_WB;
   Vec3<T> v_WB;
-  Vec3<T> w_PB;  ///< relative to the parent, in the law's axes: an angular velocity, or the strain's rate if anisotropic
+  Vec3<T> w_PB;  ///< relative to the parent, in the axes of the law: an angular velocity, or its strain's rate
   // joint law, section axes
   Vec3<T> elastic_torque;  ///< K_f q_f[n]
   StepLaw<T> law;
@@ -169,22 +168,25 @@ struct alignas(64) Node {
   // last accepted Newton iterate, section axes: relative velocity and affine part of the gradient
   Vec3<T> iterate;
   Vec3<T> affine;
-  T slack;  ///< the joint can turn by this before its limits matter [rad]
+  T slack;      ///< the joint can turn by this before its limits matter [rad]
+  T sectional;  ///< 1 in the lanes whose factors are in section axes, 0 elsewhere; in mixed slots
   // where the law is not the same in all directions
   Vec3<T> strain;  ///< q_f[n], section axes
   Mat3<T> motion;  ///< the inverse of axes^T, w_WB - W = motion u
   // what drives add to the law: gain and residual, section axes
+  T drives;  ///< 1 in the lanes whose joints are driven, 0 elsewhere
   Sym3<T> drive_gain;
   Vec3<T> drive_residual;
   Articulated<T> spring;  ///< what couplings add
   Articulated<T> root;    ///< of the lanes that hold free roots
   T slope;                ///< the law's part of the slope in the line search
-  Settled<T> settled;     ///< of the lanes whose copies have settled before others
   // for other slots
   LaneRows<T, kArticulatedRows> passed;  ///< to the parents: an Articulated seen from their joints ...
   Articulated<T> passed_whole;           ///< ... or this, if the schedule passes the slot's whole
   LaneRows<T, 1> orientation_rows;
   LaneRows<T, 2> velocity_rows;  ///< w_WB, v_WB
+  // for the end of Newton's method
+  Settled<T> settled;  ///< of the lanes whose copies have settled before others
 };
 
 template <class T>
@@ -221,8 +223,8 @@ struct DriveTerms {
   Vec3<double> affine;
 };
 
-/// One copy of the doll in a step: a run of its own with its own step length.
-struct Copy {
+/// One copy of the doll in a step: a run of its own with its own step length. Others may be made on other threads.
+struct alignas(64) Copy {
   const BodyState* from{nullptr};              ///< the bodies before the sub-step ...
   BodyState* to{nullptr};                      ///< ... and after it; may be the same
   std::vector<BodyForce> loads;                ///< of the sub-step, one per body

@@ -1,6 +1,7 @@
 #include "schedule.h"
 
 #include <algorithm>
+#include <bit>
 #include <tuple>
 
 namespace layfigure::dynamics {
@@ -17,7 +18,11 @@ bool Schedule::Ready::operator<(const Ready& other) const {
 }
 
 Schedule::Schedule(const std::vector<int>& parents, int copies, int lanes)
-    : lanes_(lanes), copies_(copies), bodies_(static_cast<int>(parents.size())), place_(copies * parents.size()) {
+    : lanes_(lanes),
+      lane_bits_(std::countr_zero(static_cast<unsigned>(lanes))),
+      copies_(copies),
+      bodies_(static_cast<int>(parents.size())),
+      place_(copies * parents.size()) {
   ready_.reserve(place_.size());
   chosen_.reserve(lanes);
   arrange(parents);

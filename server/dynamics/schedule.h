@@ -22,8 +22,8 @@ class Schedule {
   /// What stands for the parent of a body that has no place in the schedule.
   static constexpr int kAbsent = -2;
 
-  /// List scheduling, the longest remaining path first. O(copies n log n). `parents` in tree order, -1 for roots,
-  /// kAbsent for bodies to leave out, which are nobody's parents.
+  /// List scheduling, the longest remaining path first. O(copies n log n). `lanes`: a power of 2. `parents` in tree
+  /// order, -1 for roots, kAbsent for bodies to leave out, which are nobody's parents.
   Schedule(const std::vector<int>& parents, int copies, int lanes);
   /// Arranges as many bodies anew; allocates nothing where a body more is absent than before.
   void arrange(const std::vector<int>& parents);
@@ -53,8 +53,8 @@ class Schedule {
     const int place = slot * lanes_ + lane;
     return {children_.data() + first_child_place_[place], children_.data() + first_child_place_[place + 1]};
   }
-  [[nodiscard]] int slot_of(int copy, int body) const { return place_[copy * bodies_ + body] / lanes_; }
-  [[nodiscard]] int lane_of(int copy, int body) const { return place_[copy * bodies_ + body] % lanes_; }
+  [[nodiscard]] int slot_of(int copy, int body) const { return place_[copy * bodies_ + body] >> lane_bits_; }
+  [[nodiscard]] int lane_of(int copy, int body) const { return place_[copy * bodies_ + body] & (lanes_ - 1); }
 
  private:
   /// A body that may be put into a slot.
@@ -75,6 +75,7 @@ class Schedule {
   [[nodiscard]] bool has_whole_children(int slot) const;
 
   int lanes_;
+  int lane_bits_;  ///< its logarithm: a division for each place would cost a step more than one might think
   int copies_;
   int bodies_;
   std::vector<Task> tasks_;  ///< slot by slot

@@ -28,7 +28,7 @@ inline SolveReport shorten_of(const StepContext& context, const Plan<T>& plan, s
     if (plan.constants[slot].flows) linearize(context.law, trial_torque(node, node.w_PB), node);
   }
   SolveReport report;
-  report.constrained = any_constrained(context);
+  for (const Copy& copy : context.copies) report.constrained = report.constrained || copy.constrained;
   commit_all(context, plan, nodes, report);
   return report;
 }

@@ -5,16 +5,24 @@
 
 #include "balance.h"
 #include "constraint_set.h"
+#include "crew.h"
 #include "group_inputs.h"
 #include "plan.h"
 #include "run.h"
+#include "shares.h"
 #include "sleepers.h"
 #include "transmission.h"
 
 namespace layfigure::dynamics {
 
+/// What base steps write on their way, one of one copy in the nodes that the plan of one copy asks for.
+struct Scratch {
+  std::vector<Node<double>> narrow;
+  std::vector<Node<math::Lanes4>> wide;
+};
+
 struct Workspace::Data {
-  explicit Data(const Model& model);
+  Data(const Model& model, int threads);
 
   /// Makes room for what so many inputs exert.
   void reserve(const Inputs& inputs);
@@ -23,6 +31,9 @@ struct Workspace::Data {
   /// Lets these bodies sleep and no others.
   void regroup(const Model& model, State& state, int order, const std::vector<char>& asleep);
 
+  /// Gives each copy the same bits whichever others go beside it.
+  SolveReport base_step(const StepContext& context, Scratch& own) const;
+  /// One of a single copy, in scratch[0].
   SolveReport base_step(const StepContext& context);
 
   // Of the last base step, which was one of a single copy:
@@ -43,8 +54,9 @@ struct Workspace::Data {
   bool goes_narrow{false};                ///< a single run goes group by group
   Plan<double> narrow;                    ///< of one copy
   std::vector<Plan<math::Lanes4>> plans;  ///< of 1, 2, .. kMaxOrder copies
-  std::vector<Node<double>> narrow_nodes;
-  std::vector<Node<math::Lanes4>> nodes;
+  std::vector<Scratch> scratch;           ///< of each thread, that of the finest run first
+  std::array<Shares, kMaxOrder> shares;   ///< of the runs of order 1, 2, ..
+  Crew crew;
   // of the plans of one copy
   BalanceRecords<double> narrow_records;
   BalanceRecords<math::Lanes4> records;
@@ -63,6 +75,7 @@ struct Workspace::Data {
 
  private:
   void arrange(const Model& model, int count);
+  void choose_width(const Model& model);
 
   std::array<std::size_t, 4> reserved_{};  ///< numbers of inputs of each kind that there is room for
   std::array<int, kMaxOrder> arranged_;    ///< version of the groups that each of the plans is for

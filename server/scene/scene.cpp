@@ -118,13 +118,13 @@ struct PadAt {
 }  // namespace
 
 struct Scene::Data {
-  Data(SceneDefinition definition, const Data* like)
+  Data(SceneDefinition definition, const Data* like, int threads)
       : radii(scene::radii(definition)),
         pads(pads_of(definition)),
         world(like == nullptr ? collision::World(world_definition(definition))
                               : collision::World(world_definition(definition), like->world)),
         model(std::move(definition.model)),
-        workspace(model) {}
+        workspace(model, threads) {}
 
   void move(dynamics::State& state, double h);
   void place();
@@ -206,9 +206,10 @@ void Scene::Data::collect_contacts() {
   first_contact.push_back(static_cast<int>(contacts.size()));
 }
 
-Scene::Scene(SceneDefinition definition) : data_(std::make_unique<Data>(std::move(definition), nullptr)) {}
+Scene::Scene(SceneDefinition definition, int threads)
+    : data_(std::make_unique<Data>(std::move(definition), nullptr, threads)) {}
 Scene::Scene(SceneDefinition definition, const Scene& like)
-    : data_(std::make_unique<Data>(std::move(definition), like.data_.get())) {}
+    : data_(std::make_unique<Data>(std::move(definition), like.data_.get(), 1)) {}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;

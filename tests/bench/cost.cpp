@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <chrono>
+#include <stdexcept>
 #include <vector>
 
 #include "figures.h"
@@ -31,6 +33,37 @@ void measure(const testing::Scene& scene, const dynamics::Model& model, int orde
   figures.push_back({name + " per joint and solve", per_solve[kRuns / 2], "us", kTargetMicroseconds});
 }
 
+/// Wall time of a step [us].
+double wall_time(const dynamics::Model& model, dynamics::Workspace& workspace, int order) {
+  dynamics::State state = initial_state(model);
+  const auto start = std::chrono::steady_clock::now();
+  for (int k = 0; k < kSteps; ++k) {
+    const auto report = step(model, state, workspace, {}, {.step = 1e-3, .order = order});
+    if (report.status != dynamics::StepStatus::kOk) throw std::runtime_error("cost: a step failed");
+  }
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / kSteps;
+}
+
+/// What a second thread saves: the least of runs that take turns.
+void measure_threads(const testing::Scene& scene, const dynamics::Model& model, std::vector<Figure>& figures) {
+  dynamics::Workspace alone(model);
+  dynamics::Workspace shared(model, 2);
+  std::vector<double> base;
+  for (int k = 0; k < kRuns; ++k) base.push_back(wall_time(model, alone, 1));
+  const double base_step = *std::min_element(base.begin(), base.end());
+  for (int order = 2; order <= dynamics::kMaxOrder; ++order) {
+    std::vector<double> one, two;
+    for (int k = 0; k < kRuns; ++k) {
+      one.push_back(wall_time(model, alone, order));
+      two.push_back(wall_time(model, shared, order));
+    }
+    const double least = *std::min_element(two.begin(), two.end());
+    const std::string name = scene.name + " order " + std::to_string(order);
+    figures.push_back({name + ", wall time: two threads / one", least / *std::min_element(one.begin(), one.end()), ""});
+    figures.push_back({name + ", wall time: two threads / base step", least / base_step, ""});
+  }
+}
+
 }  // namespace
 
 void cost(const CostOptions& options) {
@@ -38,6 +71,7 @@ void cost(const CostOptions& options) {
   const dynamics::Model model(scene.definition);
   std::vector<Figure> figures;
   for (int order = 1; order <= dynamics::kMaxOrder; ++order) measure(scene, model, order, figures);
+  measure_threads(scene, model, figures);
   print(figures, options.json);
 }
 

@@ -1,4 +1,4 @@
-// The cost of one step under google-benchmark, for profilers and comparisons between commits.
+// The cost of one step under google-benchmark, for profilers and comparisons between commits: step/order/threads.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -13,7 +13,7 @@ void step_scene(benchmark::State& state, const testing::Scene& scene) {
   const dynamics::Model model(scene.definition);
   dynamics::State doll = dynamics::initial_state(model);
   const dynamics::State start = doll;
-  dynamics::Workspace workspace(model);
+  dynamics::Workspace workspace(model, static_cast<int>(state.range(1)));
   const dynamics::StepOptions options{.step = 1e-3, .order = static_cast<int>(state.range(0))};
   for (auto _ : state) {
     if (doll.time > scene.duration) doll = start;
@@ -26,7 +26,13 @@ void doll_52(benchmark::State& state) {
 }
 void chain_60(benchmark::State& state) { step_scene(state, testing::chain({.links = 60, .bend = 0.3})); }
 
-BENCHMARK(doll_52)->DenseRange(1, dynamics::kMaxOrder);
-BENCHMARK(chain_60)->DenseRange(1, dynamics::kMaxOrder);
+void each_order(benchmark::internal::Benchmark* benchmark) {
+  benchmark->UseRealTime()->ArgNames({"", "threads"});
+  for (int order = 1; order <= dynamics::kMaxOrder; ++order) {
+    for (int threads = 1; threads <= 2; ++threads) benchmark->Args({order, threads});
+  }
+}
+BENCHMARK(doll_52)->Apply(each_order);
+BENCHMARK(chain_60)->Apply(each_order);
 
 }  // namespace

@@ -20,7 +20,7 @@ struct CostOptions {
   std::string scene;
   bool json{false};
 };
-/// CPU time of a step of each order, and per joint and solve.
+/// CPU time of a step of each order, and per joint and solve; wall time on two threads.
 void cost(const CostOptions& options);
 
 struct ContactOptions {

@@ -35,6 +35,18 @@ TEST(Step, AfterTheFirst_AllocatesNothing) {
   }
 }
 
+TEST(Step, OnTwoThreads_AllocatesNothing) {
+  const testing::Scene scene = testing::load_scene(LAYFIGURE_TEST_DATA "/scenes/doll-52.json");
+  const Model model(scene.definition);
+  Workspace workspace(model, 2);
+  State state = initial_state(model);
+  const StepOptions options{.step = 1e-3, .order = 4};
+  ASSERT_EQ(step(model, state, workspace, {}, options).status, StepStatus::kOk);
+  const long before = testing::allocation_count();
+  for (int k = 0; k < 100; ++k) ASSERT_EQ(step(model, state, workspace, {}, options).status, StepStatus::kOk);
+  EXPECT_EQ(testing::allocation_count() - before, 0);
+}
+
 TEST(Step, FallingAsleepAndWaking_AllocatesNothing) {
   ModelDefinition definition = testing::chain({.links = 20, .bend = 0.1, .damping = 0.2}).definition;
   definition.gravity.setZero();

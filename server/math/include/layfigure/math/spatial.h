@@ -219,15 +219,15 @@ inline Mat3<T> matrix(const Quat<T>& q) {
 template <class T>
 inline Quat<T> exp_rotation(const Vec3<T>& v) {
   const T x = 0.25 * dot(v, v);
-  T c, s;
-  if (all(x <= kSeriesLimit)) [[likely]] {
-    c = cos_sqrt(x);
-    s = 0.5 * sinc_sqrt(x);
-  } else {
+  const auto small = x <= kSeriesLimit;
+  T c = cos_sqrt(x);
+  T s = 0.5 * sinc_sqrt(x);
+  if (!all(small)) [[unlikely]] {
     for (int i = 0; i < LaneTraits<T>::kCount; ++i) {
+      if (lane(small, i)) continue;
       const double half = std::sqrt(lane(x, i));
       set_lane(c, i, std::cos(half));
-      set_lane(s, i, half > 1e-8 ? 0.5 * std::sin(half) / half : 0.5);
+      set_lane(s, i, 0.5 * std::sin(half) / half);
     }
   }
   return {c, v.x * s, v.y * s, v.z * s};
@@ -237,13 +237,13 @@ inline Quat<T> exp_rotation(const Vec3<T>& v) {
 template <class T>
 inline Vec3<T> log_rotation(const Quat<T>& q) {
   const T x = q.x * q.x + q.y * q.y + q.z * q.z;
-  T f;
-  if (all(x <= kSeriesLimit)) [[likely]] {
-    f = 2.0 * asinc_sqrt(x);
-  } else {
+  const auto small = x <= kSeriesLimit;
+  T f = 2.0 * asinc_sqrt(x);
+  if (!all(small)) [[unlikely]] {
     for (int i = 0; i < LaneTraits<T>::kCount; ++i) {
+      if (lane(small, i)) continue;
       const double s = std::sqrt(lane(x, i));
-      set_lane(f, i, s > 1e-8 ? 2.0 * std::atan2(s, std::abs(lane(q.w, i))) / s : 2.0);
+      set_lane(f, i, 2.0 * std::atan2(s, std::abs(lane(q.w, i))) / s);
     }
   }
   f = select(q.w < 0.0, -f, f);

@@ -67,9 +67,10 @@ struct SceneReport {
 /// One per thread. Copy a State to save it; after restoring one call forget().
 class Scene {
  public:
-  /// Throws std::invalid_argument that names the body, shape or pad, the value and the allowed range.
-  explicit Scene(SceneDefinition definition);
-  /// The same scene, made sooner: hulls that `like` has too, under the same index, are taken over.
+  /// `threads` as Workspace's. Throws std::invalid_argument that names the body, shape or pad, the value and the
+  /// allowed range.
+  explicit Scene(SceneDefinition definition, int threads = 1);
+  /// The same scene, made sooner, on one thread: hulls that `like` has too, under the same index, are taken over.
   Scene(SceneDefinition definition, const Scene& like);
   ~Scene();
   Scene(Scene&&) noexcept;
