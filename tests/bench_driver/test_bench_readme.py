@@ -44,7 +44,7 @@ def results() -> Results:
         ],
         floors=[FloorResult("dropped", 3, 1.0, (floor,), {})],
         costs=[*costs, CostPoint("doll-52", 52, "Pinocchio ABA", 12.0)],
-        figures={"contact": CONTACT},
+        figures={"contact": CONTACT, "cost": [figure("doll-52 order 4, wall time: two threads / one", 0.75)]},
     )
 
 
@@ -85,6 +85,7 @@ def test_section_has_the_ratios_the_costs_and_the_floor() -> None:
     assert "| pull |" not in text, "nothing to compare with"
     assert "base step of doll-52 takes 4 us, one of order 4 18 us (4.5 base steps)" in text
     assert "n^1.00" in text
+    assert "On two threads one of order 4 is done in 0.75 of its time on one." in text.replace("\n", " ")
     assert "12 us, 3 times" in text
     assert "| DART | 1000 | 2 | 1.0e-06 | 1.0000 |" in text
 

@@ -17,20 +17,6 @@ using namespace dynamics;
 // A scene whose rows contradict each other in every problem has shown what there is to see after so many of them.
 constexpr int kEnoughUnsolved = 30;
 
-class ConstantForces : public Loads {
- public:
-  explicit ConstantForces(const std::vector<BodyForce>& forces) : forces_(forces) {}
-  void add(double, std::span<BodyForce> forces) const override {
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-      forces[i].force += forces_[i].force;
-      forces[i].torque += forces_[i].torque;
-    }
-  }
-
- private:
-  const std::vector<BodyForce>& forces_;
-};
-
 State start_of(const Model& model, const StressScene& scene) {
   State state = initial_state(model);
   std::vector<BodyPose> poses;

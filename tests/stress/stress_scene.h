@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "layfigure/scene/scene.h"
@@ -23,6 +24,21 @@ struct StressScene {
   double h{1e-3};           ///< [s]
   int steps{12};
   int order{1};
+};
+
+/// Those of a scene, as its loads.
+class ConstantForces : public dynamics::Loads {
+ public:
+  explicit ConstantForces(const std::vector<dynamics::BodyForce>& forces) : forces_(forces) {}
+  void add(double, std::span<dynamics::BodyForce> forces) const override {
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      forces[i].force += forces_[i].force;
+      forces[i].torque += forces_[i].torque;
+    }
+  }
+
+ private:
+  const std::vector<dynamics::BodyForce>& forces_;
 };
 
 }  // namespace layfigure::testing

@@ -18,20 +18,6 @@ constexpr int kThreads = 3;
 // What joints lose is summed in the order of the slots, which depends on the shares; all parts have the same sign.
 constexpr double kWorkRounding = 1e-13;
 
-class ConstantForces : public Loads {
- public:
-  explicit ConstantForces(const std::vector<BodyForce>& forces) : forces_(forces) {}
-  void add(double, std::span<BodyForce> forces) const override {
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-      forces[i].force += forces_[i].force;
-      forces[i].torque += forces_[i].torque;
-    }
-  }
-
- private:
-  const std::vector<BodyForce>& forces_;
-};
-
 /// Shares the runs of an order anyhow, whether that is worth while or not.
 void share_anyhow(std::mt19937& random, int order, Workspace& workspace) {
   Shares shares{.count = 0};

@@ -14,6 +14,7 @@ from layfigure_bench.engine import LocalEngine
 from layfigure_bench.floor import FloorPoint, FloorResult, at_rate
 from layfigure_bench.programs import OWN
 from layfigure_bench.report import Results, SceneResult, processor
+from layfigure_bench.subjects import Figure
 
 BEGIN = "<!-- bench: what is between these comments is written by ./run bench -->"
 END = "<!-- bench: end -->"
@@ -47,7 +48,7 @@ def section(results: Results) -> str:
         "Times more CPU that the best peer takes for the same rms position error [m]:",
         ratio_table([result for result in results.scenes if any(not p.own for p in result.points)]),
         "![A step against the bodies of a chain, and a contact problem against its rows](assets/images/cost.png)",
-        cost_lines(results.costs),
+        cost_lines(results.costs, results.figures.get("cost", [])),
         "Contacts are not the same in all engines: MuJoCo's give way, the others' are rigid. So only what a step costs "
         f"and how well each keeps the floor can be compared, here at {RATE_HZ:g} steps a second. An engine that is "
         "missing needs too long for so many steps.",
@@ -89,7 +90,7 @@ def rounded(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def cost_lines(costs: Sequence[CostPoint]) -> str:
+def cost_lines(costs: Sequence[CostPoint], told: Sequence[Figure]) -> str:
     dolls = {c.engine: c.us_per_step for c in costs if not c.scene.startswith("chain-")}
     base, high = (dolls[f"{OWN} order {order}"] for order in COST_ORDERS)
     growth = slopes(costs)[f"{OWN} order 1"]
@@ -98,6 +99,9 @@ def cost_lines(costs: Sequence[CostPoint]) -> str:
         f"({high / base:.2g} base steps); "
         f"from 10 to 10 000 bodies the cost grows like n^{growth:.2f}."
     ]
+    shared = {f.name: f.value for f in told}.get(f"doll-52 order {COST_ORDERS[-1]}, wall time: two threads / one")
+    if shared is not None:
+        lines.append(f"On two threads one of order {COST_ORDERS[-1]} is done in {shared:.2g} of its time on one.")
     if "Pinocchio ABA" in dolls:
         aba = dolls["Pinocchio ABA"]
         lines.append(f"Pinocchio's forward dynamics (ABA) alone takes {aba:.3g} us, {aba / base:.2g} times as long.")
