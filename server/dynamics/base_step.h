@@ -355,19 +355,22 @@ template <class T>
 inline SolveReport solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes) {
   SolveReport report;
   const int slots = plan.schedule.size();
-  for (Copy& copy : context.copies) copy.settled = copy.constrained = false;
+  for (Copy& copy : context.copies) {
+    copy.settled = copy.constrained = false;
+    copy.fraction = 1.0;
+  }
   while (true) {
     for (int slot = slots - 1; slot >= 0; --slot) eliminate_joints(plan, nodes, slot);
     find_velocities(context, plan, nodes, report);
     if (settle(context, plan, nodes, ++report.solves)) break;
     if (!improve(context, plan, nodes, report.solves)) break;
   }
-  bool together = true;
+  bool early = false;
   for (const Copy& copy : context.copies) {
     report.converged = report.converged && copy.converged;
-    together = together && copy.solves == report.solves;
+    early = early || was_put_by(copy, report.solves);
   }
-  if (!together) take_out(context, plan, nodes, report.solves);
+  if (early) take_out(context, plan, nodes, report.solves);
   return report;
 }
 

@@ -142,10 +142,11 @@ inline double drive_slope(const Copy& copy, const std::vector<Node<T>>& nodes) {
   return sum;
 }
 
-/// Linearises the drives at their copies' fractions of the way to the new solution.
+/// Linearises the drives of copies that go on at these' fractions of the way to the new solution.
 template <class T>
 inline void accept_drives(const StepContext& context, std::vector<Node<T>>& nodes, bool first) {
   for (Copy& copy : context.copies) {
+    if (copy.settled) continue;
     const double lambda = copy.fraction;
     for (DriveTerms& drive : copy.drives) {
       const Vec3<double> w = relative_velocity(drive, nodes);

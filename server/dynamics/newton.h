@@ -97,9 +97,13 @@ inline void judge(const StepContext& context, const Plan<T>& plan, const std::ve
 inline void settle(Copy& copy, int iteration) {
   copy.settled = true;
   copy.solves = iteration;
+  copy.fraction = 0.0;
 }
 
-inline bool settled_in(int iteration, const Copy& copy) { return copy.settled && copy.solves == iteration; }
+inline bool is_to_put_by(const Copy& copy, int iteration) {
+  return copy.constrained && copy.settled && copy.solves == iteration;
+}
+inline bool was_put_by(const Copy& copy, int iterations) { return copy.constrained && copy.solves < iterations; }
 
 /// What `number` tells of each lane's copy.
 template <class T, class F>
@@ -108,36 +112,29 @@ inline T of_copies(const StepContext& context, const Plan<T>& plan, int slot, co
   return math::from_lanes<T>([&](int k) { return number(context.copies[tasks[k].copy]); });
 }
 
-/// Puts by what the copies that have settled in this iteration go on with.
+/// Puts by the velocities of copies with constraints that have settled in this iteration: the impulses are in them, but
+/// in no later factor. Those of other copies come out the same again, as their laws keep their linearisations.
 template <class T>
 inline void put_by(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Node<T>& node = nodes[slot];
     const T now = of_copies(context, plan, slot,
-                            [iteration](const Copy& copy) { return settled_in(iteration, copy) ? 1.0 : 0.0; });
-    if (!math::any(now > T(0.0))) continue;
-    const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
-    node.settled = select(now > T(0.0), newest, node.settled);
+                            [iteration](const Copy& copy) { return is_to_put_by(copy, iteration) ? 1.0 : 0.0; });
+    node.put_by = select(now > T(0.0), {node.w_WB, node.v_WB, node.w_PB}, node.put_by);
   }
 }
 
-/// Takes out what copies that have settled before the last iteration put by.
+/// Takes them out again after the last iteration.
 template <class T>
 inline void take_out(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iterations) {
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Node<T>& node = nodes[slot];
-    const T early =
-        of_copies(context, plan, slot, [iterations](const Copy& copy) { return copy.solves < iterations ? 1.0 : 0.0; });
-    if (!math::any(early > T(0.0))) continue;
-    const Settled<T> newest{node.w_WB, node.v_WB, node.w_PB, node.trial, node.linearized};
-    const Settled<T> all = select(early > T(0.0), node.settled, newest);
+    const T early = of_copies(context, plan, slot,
+                              [iterations](const Copy& copy) { return was_put_by(copy, iterations) ? 1.0 : 0.0; });
+    const BodyVelocities<T> all = select(early > T(0.0), node.put_by, {node.w_WB, node.v_WB, node.w_PB});
     node.w_WB = all.w_WB;
     node.v_WB = all.v_WB;
     node.w_PB = all.w_PB;
-    if (!plan.constants[slot].flows) continue;
-    node.trial = all.trial;
-    node.linearized = all.linearized;
-    node.elastic = !math::any(node.linearized.flowing > T(0.0));
   }
 }
 
@@ -184,8 +181,8 @@ inline void line_search(const StepContext& context, const Plan<T>& plan, std::ve
   const std::array<double, kMaxOrder> start = slopes(context, plan, nodes);
   for (int k = 0; k < copies; ++k) {
     Copy& copy = context.copies[k];
-    copy.fraction = 1.0;
     if (copy.settled) continue;
+    copy.fraction = 1.0;
     searches[k].going = start[k] < 0.0;
     if (searches[k].going) continue;
     copy.converged = true;
@@ -206,7 +203,8 @@ inline void line_search(const StepContext& context, const Plan<T>& plan, std::ve
   }
 }
 
-/// Accepts the new solutions, or parts of the way to them, and linearises the laws there.
+/// Accepts the new solutions, or parts of the way to them, and linearises the laws there, but for those of copies that
+/// have settled.
 template <class T>
 inline void accept_iterates(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes,
                             int iteration) {
@@ -218,7 +216,7 @@ inline void accept_iterates(const StepContext& context, const Plan<T>& plan, std
     const Vec3<T> affine = scaled(linearized_torque(node, trial_torque(node, node.w_PB)), -node.h);
     node.affine = iteration == 1 ? affine : node.affine + scaled(affine - node.affine, lambda);
     node.iterate = iteration == 1 ? node.w_PB : node.iterate + scaled(node.w_PB - node.iterate, lambda);
-    linearize(context.law, trial_torque(node, node.iterate), node);
+    linearize(context.law, math::select(lambda > T(0.0), trial_torque(node, node.iterate), node.trial), node);
   }
   accept_drives(context, nodes, iteration == 1);
 }
@@ -228,13 +226,10 @@ inline void accept_iterates(const StepContext& context, const Plan<T>& plan, std
 template <class T>
 inline bool improve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int iteration) {
   measure_constraints(context, plan, nodes);
-  if (iteration == 1) {
-    for (Copy& copy : context.copies) copy.fraction = 1.0;
-  }
   if (iteration > kFreeIterations) line_search(context, plan, nodes, iteration);
   const auto settled = [](const Copy& copy) { return copy.settled; };
   if (std::all_of(context.copies.begin(), context.copies.end(), settled)) return false;
-  const auto now = [iteration](const Copy& copy) { return settled_in(iteration, copy); };
+  const auto now = [iteration](const Copy& copy) { return is_to_put_by(copy, iteration); };
   if (std::any_of(context.copies.begin(), context.copies.end(), now)) put_by(context, plan, nodes, iteration);
   accept_iterates(context, plan, nodes, iteration);
   return true;

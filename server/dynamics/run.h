@@ -108,26 +108,17 @@ struct Before {
   T limit_slack;
 };
 
-/// What a step goes on with once Newton's method has ended.
 template <class T>
-struct Settled {
+struct BodyVelocities {
   Vec3<T> w_WB;
   Vec3<T> v_WB;
   Vec3<T> w_PB;
-  Vec3<T> trial;
-  Return<T> linearized;
 };
 
 template <class Mask, class T>
-inline Settled<T> select(const Mask& mask, const Settled<T>& yes, const Settled<T>& no) {
-  const Return<T>& a = yes.linearized;
-  const Return<T>& b = no.linearized;
-  return {math::select(mask, yes.w_WB, no.w_WB),
-          math::select(mask, yes.v_WB, no.v_WB),
-          math::select(mask, yes.w_PB, no.w_PB),
-          math::select(mask, yes.trial, no.trial),
-          {math::select(mask, a.share, b.share), math::select(mask, a.u, b.u),
-           math::select(mask, a.curvature, b.curvature), math::select(mask, a.flowing, b.flowing)}};
+inline BodyVelocities<T> select(const Mask& mask, const BodyVelocities<T>& yes, const BodyVelocities<T>& no) {
+  return {math::select(mask, yes.w_WB, no.w_WB), math::select(mask, yes.v_WB, no.v_WB),
+          math::select(mask, yes.w_PB, no.w_PB)};
 }
 
 /// Scratch of the bodies of one slot in one base step. World axes, origin at the body's joint, unless said. What every
@@ -185,8 +176,7 @@ struct alignas(64) Node {
   Articulated<T> passed_whole;           ///< ... or this, if the schedule passes the slot's whole
   LaneRows<T, 1> orientation_rows;
   LaneRows<T, 2> velocity_rows;  ///< w_WB, v_WB
-  // for the end of Newton's method
-  Settled<T> settled;  ///< of the lanes whose copies have settled before others
+  BodyVelocities<T> put_by;      ///< of the lanes whose copies have constraints and settled before others (newton.h)
 };
 
 template <class T>
@@ -241,7 +231,7 @@ struct alignas(64) Copy {
   bool settled{false};      ///< it has ended ...
   bool converged{false};    ///< ... within its tolerance
   bool constrained{false};  ///< there are contacts, ties or limits to solve for
-  double fraction{1.0};     ///< part of the way to the newest solution that the next iterate takes
+  double fraction{1.0};     ///< part of the way to the newest solution that the next iterate takes; 0: settled
 };
 
 template <class T>
