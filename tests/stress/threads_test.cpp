@@ -42,8 +42,16 @@ void expect_same_reports(const StepReport& a, const StepReport& b) {
   EXPECT_NEAR(a.work.flow, b.work.flow, kWorkRounding * std::abs(a.work.flow));
 }
 
+/// Steps in which there was something to compare.
+struct Seen {
+  int yielding{0};
+  int constrained{0};
+  int asleep{0};
+  int apart{0};  ///< Newton's method took longer in some runs or sub-steps than in others
+};
+
 /// Steps a random scene at an order, its runs in one share and in any.
-void compare(StressScene scene, int order, std::mt19937& random) {
+void compare(StressScene scene, int order, std::mt19937& random, Seen& seen) {
   scene::Scene alone(scene.definition);
   scene::Scene shared(scene.definition, kThreads);
   State state = initial_state(alone.model());
@@ -60,6 +68,11 @@ void compare(StressScene scene, int order, std::mt19937& random) {
     const StepReport second = shared.step(other, inputs, options).step;
     expect_same_reports(first, second);
     ASSERT_EQ(first_difference(state, other), "") << "order " << order << ", step " << k;
+    seen.yielding += first.yielding > 0 ? 1 : 0;
+    seen.constrained += first.constraints.rows > 0 ? 1 : 0;
+    seen.asleep += first.asleep > 0 ? 1 : 0;
+    // If all runs took as long in all sub-steps, the former would be (order + 1) / 2 times the latter.
+    seen.apart += 2 * first.run_solves != (order + 1) * first.solves ? 1 : 0;
     if (first.status != StepStatus::kOk) return;
   }
 }
@@ -70,10 +83,15 @@ TEST_P(Threads, RandomScenes_SharedAnyhow_AreTheSameBitForBit) {
   constexpr int kScenes = 200;
   const int order = GetParam();
   std::mt19937 random(order);
+  Seen seen;
   for (int seed = 0; seed < kScenes && !HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    compare(random_scene(seed), order, random);
+    compare(random_scene(seed), order, random, seen);
   }
+  EXPECT_GT(seen.yielding, 100);
+  EXPECT_GT(seen.constrained, 100);
+  EXPECT_GT(seen.asleep, 10);
+  EXPECT_GT(seen.apart, 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(Order, Threads, ::testing::Range(2, kMaxOrder + 1));

@@ -129,11 +129,11 @@ struct StepReport {
 /// Scratch memory of a step for one model, allocated once. One per thread that steps.
 class Workspace {
  public:
-  /// `threads`: how many may share the runs of an order above 1, 1 to kMaxOrder: the one that steps and helpers, which
-  /// wait here for steps to share, awake for some 0.1 ms after each. They take part where that makes the step sooner
-  /// done, which the tree and the order tell: a doll of 52 joints from order 3 on; a chain never, whose runs fill the
-  /// lanes. No bit of a state depends on it; Work may, in its last digits. Throws std::system_error where the system
-  /// has no more threads.
+  /// `threads`: how many may share the runs of an order above 1, 1 to kMaxOrder (what is beyond is taken for the
+  /// nearest of these): the one that steps and helpers, which wait here for steps to share, awake for some 0.1 ms after
+  /// each. They take part where that makes the step sooner done, which the tree and the order tell: a doll of 52 joints
+  /// from order 3 on; a chain never, whose runs fill the lanes. No bit of a state depends on it; Work may, in its last
+  /// digits. Throws std::system_error where the system has no more threads.
   explicit Workspace(const Model& model, int threads = 1);
   ~Workspace();
   Workspace(Workspace&&) noexcept;
