@@ -1,6 +1,8 @@
 #include "layfigure/math/kernel.h"
 #include "shorten.h"
 
+/// The base step of one body after the other: base_step.cpp beside it is that of packs. A file of its own, since it is
+/// compiled with other options (CMakeLists.txt).
 namespace layfigure::dynamics {
 
 LAYFIGURE_KERNEL

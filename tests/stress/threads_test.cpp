@@ -1,7 +1,9 @@
 // What comes of a step does not depend on how its runs are shared between threads.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <string>
 
 #include "layfigure/dynamics/advance.h"
 #include "random_scene.h"
