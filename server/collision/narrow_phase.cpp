@@ -90,6 +90,29 @@ FaceHeights find_face_points(const FaceRef& face, double activity, NarrowScratch
   return least;
 }
 
+/// Of the normal that the face gives the contact: from b to a.
+Vector3d normal_of(const Cores& cores, const FaceRef& face) {
+  return (face.side == 0 ? -1.0 : 1.0) * cores[face.side].normal(face.face);
+}
+
+/// What a face makes of a contact.
+struct FaceContact {
+  FaceSeparation found;  ///< side -1: there is no face
+  Vector3d normal{Vector3d::Zero()};
+  FaceHeights least;
+
+  /// No normal parts the cores by more than the distance of two of their points: then the face is the answer.
+  [[nodiscard]] bool is_proved(double hysteresis) const { return least.inside <= found.separation + hysteresis; }
+};
+
+/// Fills scratch.points with it.
+FaceContact contact_on(const FaceSeparation& found, const FaceRef& last, double activity, NarrowScratch& scratch) {
+  FaceContact contact{.found = found, .normal = normal_of(scratch.cores, found.face), .least = {}};
+  contact.found.face.facing = facing_face(scratch.cores, found, last);
+  contact.least = find_face_points(contact.found.face, activity, scratch);
+  return contact;
+}
+
 /// Adds the other core's deepest vertex, which lies outside the prism over the face.
 void add_support(const FaceSeparation& found, const Vector3d& normal, double activity, NarrowScratch& scratch) {
   const Vector3d deepest = scratch.cores[1 - found.face.side].vertices[found.support];
@@ -159,7 +182,7 @@ Vector3d first_direction(NarrowScratch& scratch, const FaceRef& face) {
     const Vector3d found = separating_direction(*cores[0].shrunk, *cores[1].shrunk, cores[1].R, cores[1].p);
     if (!found.isZero()) return found;
   }
-  if (face.side >= 0) return (face.side == 0 ? -1.0 : 1.0) * cores[face.side].normal(face.face);
+  if (face.side >= 0) return normal_of(cores, face);
   const Vector3d apart = cores[0].center() - cores[1].center();
   return apart.isZero() ? Vector3d::UnitZ() : Vector3d(apart.normalized());
 }
@@ -171,18 +194,103 @@ void place_vertices(NarrowScratch& scratch) {
   }
 }
 
-void set_separated(const Vector3d& normal, double apart, Manifold& manifold) {
-  manifold.separating = normal;
-  manifold.apart = apart;
-  manifold.count = 0;
+double reach_of(const Cores& cores, const Activity& activity) {
+  return activity.distance + cores[0].core->radius + cores[1].core->radius;
 }
 
-void set_touching(const FaceRef& face, const Vector3d& normal, double layer, NarrowScratch& scratch,
-                  Manifold& manifold) {
-  manifold.face = face;
+/// Whether the cores, `separation` apart along the normal, are beyond the activity distance: they are then reported so.
+bool report_if_apart(const Vector3d& normal, double separation, const Activity& activity, const Cores& cores,
+                     Manifold& manifold) {
+  if (separation <= reach_of(cores, activity)) return false;
+  manifold.separating = normal;
+  manifold.apart = separation - cores[0].core->radius - cores[1].core->radius;
+  manifold.count = 0;
+  return true;
+}
+
+/// Reports what is in scratch.points.
+void set_touching(const Vector3d& normal, double layer, NarrowScratch& scratch, Manifold& manifold) {
   manifold.separating.setZero();
   manifold.apart = Manifold::kTouching;
   reduce(scratch.points, normal, layer, kPointHysteresis * smaller_size(scratch.cores), manifold);
+}
+
+void touch_at_face(const FaceContact& contact, const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
+  manifold.face = contact.found.face;
+  set_touching(contact.normal, activity.layer, scratch, manifold);
+}
+
+void touch_at_edges(const EdgeSeparation& found, const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
+  find_edge_points(found, activity.distance, scratch);
+  manifold.face = {};
+  manifold.edges = found.edges;
+  set_touching(found.normal, activity.layer, scratch, manifold);
+}
+
+double hysteresis_of(const Cores& cores) { return kFaceHysteresis * smaller_size(cores); }
+
+// What the pair's last test found, if it is still the answer: it is then reported, with true.
+
+bool keep_separation(const Activity& activity, const NarrowScratch& scratch, Manifold& manifold) {
+  if (manifold.separating.isZero()) return false;
+  const double separation = unplaced_separation_along(scratch.cores, manifold.separating);
+  return report_if_apart(manifold.separating, separation, activity, scratch.cores, manifold);
+}
+
+/// Else `last` is what has become of it.
+bool keep_face(const Activity& activity, NarrowScratch& scratch, Manifold& manifold, FaceContact& last) {
+  const Cores& cores = scratch.cores;
+  last.found = separation_of(cores, manifold.face.side, manifold.face.face);
+  if (report_if_apart(normal_of(cores, manifold.face), last.found.separation, activity, cores, manifold)) return true;
+  last = contact_on(last.found, manifold.face, activity.distance, scratch);
+  if (!last.is_proved(hysteresis_of(cores))) return false;
+  touch_at_face(last, activity, scratch, manifold);
+  return true;
+}
+
+/// The edges are the answer if no normal can part the cores by more, and no face by about as much.
+bool keep_edges(const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
+  if (manifold.count == 0) return false;
+  const Cores& cores = scratch.cores;
+  const double hysteresis = hysteresis_of(cores);
+  const EdgeSeparation edges = separation_of(cores, manifold.edges, manifold.points[0].normal);
+  if (report_if_apart(edges.normal, edges.separation, activity, cores, manifold)) return true;
+  if (edges.distance > edges.separation + hysteresis) return false;
+  FaceSeparation as_good;
+  as_good.separation = edges.separation - hysteresis;
+  const auto [on_a, on_b] = closest_points(cores, edges.edges);
+  const FaceSeparation face = largest_face_separation(cores, as_good, {on_a, on_b}, reach_of(cores, activity));
+  if (face.face.side >= 0) return false;
+  touch_at_edges(edges, activity, scratch, manifold);
+  return true;
+}
+
+/// `last`: what has become of the face of the last test.
+void find_contact(const Activity& activity, const FaceContact& last, NarrowScratch& scratch, Manifold& manifold) {
+  const Cores& cores = scratch.cores;
+  std::array<Vector3d, 2> points{cores[0].center(), cores[1].center()};
+  if (last.found.face.side >= 0) {
+    const int other = 1 - last.found.face.side;
+    points[other] = cores[other].vertices[last.found.support];
+  }
+  const FaceSeparation found = largest_face_separation(cores, last.found, points, reach_of(cores, activity));
+  const bool has_face = found.face.side >= 0;
+  if (has_face && report_if_apart(normal_of(cores, found.face), found.separation, activity, cores, manifold)) return;
+  const bool anew = has_face && found.face != last.found.face;
+  const FaceContact face = anew ? contact_on(found, manifold.face, activity.distance, scratch) : last;
+  const double hysteresis = hysteresis_of(cores);
+  if (!face.is_proved(hysteresis)) {
+    const EdgeSeparation edges = largest_edge_separation(scratch, first_direction(scratch, found.face));
+    if (report_if_apart(edges.normal, edges.separation, activity, cores, manifold)) return;
+    const bool beside = face.least.all > std::max(edges.separation, found.separation) + hysteresis;
+    if (edges.separation > found.separation + (beside ? -hysteresis : hysteresis)) {
+      return touch_at_edges(edges, activity, scratch, manifold);
+    }
+    if (has_face && face.least.all > found.separation + hysteresis) {
+      add_support(face.found, face.normal, activity.distance, scratch);
+    }
+  }
+  touch_at_face(face, activity, scratch, manifold);
 }
 
 }  // namespace
@@ -201,41 +309,14 @@ void place(const Polytope& a, const ShrunkCore& shrunk_a, const Polytope& b, con
 }
 
 void collide(const Activity& activity, NarrowScratch& scratch, Manifold& manifold) {
-  const Cores& cores = scratch.cores;
-  const double radii = cores[0].core->radius + cores[1].core->radius;
-  const double reach = activity.distance + radii;
-  if (!manifold.separating.isZero()) {
-    const double separation = unplaced_separation_along(cores, manifold.separating);
-    if (separation > reach) return set_separated(manifold.separating, separation - radii, manifold);
-  }
-
+  if (keep_separation(activity, scratch, manifold)) return;
   place_vertices(scratch);
-  FaceSeparation face = largest_face_separation(cores, manifold.face, reach);
-  const double sign = face.face.side == 0 ? -1.0 : 1.0;
-  const bool has_face = face.face.side >= 0;
-  const Vector3d face_normal =
-      has_face ? Vector3d(sign * cores[face.face.side].normal(face.face.face)) : Vector3d::Zero();
-  if (face.separation > reach) return set_separated(face_normal, face.separation - radii, manifold);
-
-  const double hysteresis = kFaceHysteresis * smaller_size(cores);
-  FaceHeights least;
-  if (has_face) {
-    face.face.facing = facing_face(cores, face, manifold.face);
-    least = find_face_points(face.face, activity.distance, scratch);
+  FaceContact last;
+  const bool on_face = manifold.face.side >= 0;
+  if (on_face ? keep_face(activity, scratch, manifold, last) : keep_edges(activity, scratch, manifold)) {
+    return;
   }
-  // No normal parts the cores by more than the distance of two of their points: then the face is the answer.
-  if (!(least.inside <= face.separation + hysteresis)) {
-    const EdgeSeparation edges = largest_edge_separation(scratch, first_direction(scratch, face.face));
-    if (edges.separation > reach) return set_separated(edges.normal, edges.separation - radii, manifold);
-    const bool beside = least.all > std::max(edges.separation, face.separation) + hysteresis;
-    if (edges.separation > face.separation + (beside ? -hysteresis : hysteresis)) {
-      find_edge_points(edges, activity.distance, scratch);
-      return set_touching({}, edges.normal, activity.layer, scratch, manifold);
-    }
-    if (has_face && least.all > face.separation + hysteresis)
-      add_support(face, face_normal, activity.distance, scratch);
-  }
-  set_touching(face.face, face_normal, activity.layer, scratch, manifold);
+  find_contact(activity, last, scratch, manifold);
 }
 
 void collide_with_plane(const Polytope& a, const Vector3d& normal, double offset, const Activity& activity,

@@ -29,6 +29,9 @@ struct FaceRef {
   bool operator==(const FaceRef&) const = default;
 };
 
+/// An edge of each of two cores, by its vertices: a's and b's.
+using EdgePair = std::array<std::pair<int, int>, 2>;
+
 /// A contact point in a's body frame.
 struct LocalPoint {
   Eigen::Vector3d on_a;
@@ -43,6 +46,7 @@ struct Manifold {
   static constexpr double kTouching = -std::numeric_limits<double>::infinity();
 
   FaceRef face;                                         ///< that the points lie on; side -1 if they lie on edges
+  EdgePair edges{};                                     ///< these
   Eigen::Vector3d separating{Eigen::Vector3d::Zero()};  ///< a's body frame: held the cores apart, where count is 0
   double apart{kTouching};  ///< the shapes are at least so far apart, where that is beyond the activity distance [m]
   int count{0};

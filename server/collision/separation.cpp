@@ -28,28 +28,10 @@ constexpr double kParallel = 1e-7;
 
 double size_of(const Cores& cores) { return cores[0].core->size + cores[1].core->size; }
 
+double proof_tolerance(const Cores& cores, double distance) { return kProof * (size_of(cores) + distance); }
+
 Segment segment_of(const PlacedCore& core, const Edge& edge) {
   return {core.vertices[edge.first], core.vertices[edge.second]};
-}
-
-/// Raises `best` to the face's separation if that is larger.
-void try_face(const Cores& cores, int side, int face, double bonus, FaceSeparation& best) {
-  const PlacedCore& own = cores[side];
-  const PlacedCore& other = cores[1 - side];
-  const Vector3d n = own.normal(face);
-  const double offset = own.core->faces[face].offset + n.dot(own.p);
-  const double least = best.separation + bonus;
-  if (n.dot(other.center()) - offset <= least) return;
-  int support = 0;
-  double lowest = std::numeric_limits<double>::infinity();
-  for (int v = 0; v < static_cast<int>(other.vertices.size()); ++v) {
-    const double height = n.dot(other.vertices[v]);
-    if (height < lowest) {
-      lowest = height;
-      support = v;
-    }
-  }
-  if (lowest - offset > least) best = {{side, face, -1}, lowest - offset, support};
 }
 
 /// The edges with a vertex near the core's extreme one along `outward`.
@@ -63,7 +45,7 @@ void gather_edges(const PlacedCore& core, const Vector3d& outward, double slack,
   }
 }
 
-/// The gathered edges whose closest points are closest, the normal between those, and their distance as separation.
+/// The gathered edges whose closest points are closest, and the normal between those; the separation is left open.
 EdgeSeparation closest_edges(const NarrowScratch& scratch) {
   EdgeSeparation best;
   double least = std::numeric_limits<double>::infinity();
@@ -74,21 +56,23 @@ EdgeSeparation closest_edges(const NarrowScratch& scratch) {
       const Vector3d apart = points.a - points.b;
       if (apart.squaredNorm() >= least) continue;
       least = apart.squaredNorm();
-      best = {std::sqrt(least), apart, {edge_a, edge_b}};
+      best.normal = apart;
+      best.edges = {edge_a, edge_b};
     }
   }
-  if (best.separation > 0.0) best.normal /= best.separation;
+  best.distance = std::sqrt(least);
+  if (best.distance > 0.0) best.normal /= best.distance;
   return best;
 }
 
 /// Raises `best` to the separation along n where that is larger and the edges, which are `bound` apart, are those that
 /// support the cores there.
-void try_crossing(const NarrowScratch& scratch, const Vector3d& n, double bound, const std::array<Edge, 2>& edges,
+void try_crossing(const NarrowScratch& scratch, const Vector3d& n, double bound, const EdgePair& edges,
                   EdgeSeparation& best) {
   if (bound <= best.separation) return;
   const double separation = separation_along(scratch.cores, n);
   const bool supports = separation >= bound - kProof * size_of(scratch.cores);
-  if (supports && separation > best.separation) best = {separation, n, edges};
+  if (supports && separation > best.separation) best = {.separation = separation, .normal = n, .edges = edges};
 }
 
 /// The largest separation along the common normals of two gathered edges: either way where all were gathered, else
@@ -163,15 +147,42 @@ double unplaced_separation_along(const Cores& cores, const Vector3d& n) {
   return sum;
 }
 
-FaceSeparation largest_face_separation(const Cores& cores, const FaceRef& preferred, double reach) {
-  FaceSeparation best;
-  if (preferred.side >= 0) try_face(cores, preferred.side, preferred.face, 0.0, best);
+FaceSeparation separation_of(const Cores& cores, int side, int face) {
+  const PlacedCore& own = cores[side];
+  const PlacedCore& other = cores[1 - side];
+  const Vector3d n = own.normal(face);
+  const double offset = own.core->faces[face].offset + n.dot(own.p);
+  int support = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int v = 0; v < static_cast<int>(other.vertices.size()); ++v) {
+    const double height = n.dot(other.vertices[v]);
+    if (height < lowest) {
+      lowest = height;
+      support = v;
+    }
+  }
+  return {{side, face, -1}, lowest - offset, support};
+}
+
+FaceSeparation largest_face_separation(const Cores& cores, const FaceSeparation& preferred,
+                                       const std::array<Vector3d, 2>& points, double reach) {
+  FaceSeparation best = preferred;
   const double hysteresis = kFaceHysteresis * smaller_size(cores);
   for (const int side : {0, 1}) {
-    for (int face = 0; face < static_cast<int>(cores[side].core->faces.size()); ++face) {
+    const PlacedCore& own = cores[side];
+    const PlacedCore& other = cores[1 - side];
+    const auto in_own = [&own](const Vector3d& p) { return Vector3d(own.R.transpose() * (p - own.p)); };
+    // The other core is no higher above any face than one of its points.
+    Vector3d low = in_own(points[1 - side]);
+    for (int face = 0; face < static_cast<int>(own.core->faces.size()); ++face) {
       if (best.separation > reach) return best;
-      const bool keeps = best.face.side == preferred.side && best.face.face == preferred.face;
-      try_face(cores, side, face, keeps ? hysteresis : 0.0, best);
+      const bool keeps = best.face.side >= 0 && best.face == preferred.face;
+      const double least = best.separation + (keeps ? hysteresis : 0.0);
+      const Face& candidate = own.core->faces[face];
+      if (candidate.normal.dot(low) - candidate.offset <= least) continue;
+      const FaceSeparation found = separation_of(cores, side, face);
+      low = in_own(other.vertices[found.support]);
+      if (found.separation > least) best = found;
     }
   }
   return best;
@@ -181,19 +192,34 @@ bool tries_all_edges(const Cores& cores) {
   return cores[0].core->edges.size() * cores[1].core->edges.size() <= kAllPairs;
 }
 
+ClosestPoints closest_points(const Cores& cores, const EdgePair& edges) {
+  return closest_points(segment_of(cores[0], edges[0]), segment_of(cores[1], edges[1]));
+}
+
+EdgeSeparation separation_of(const Cores& cores, const EdgePair& edges, const Vector3d& direction) {
+  const Segment a = segment_of(cores[0], edges[0]), b = segment_of(cores[1], edges[1]);
+  const ClosestPoints points = closest_points(a, b);
+  EdgeSeparation result{.distance = (points.a - points.b).norm(), .edges = edges};
+  const Vector3d u = a.end - a.start, v = b.end - b.start;
+  const bool touch = result.distance <= proof_tolerance(cores, result.distance);
+  const Vector3d n = touch ? Vector3d(u.cross(v)) : Vector3d(points.a - points.b);
+  const double length = n.norm();
+  if (touch && length <= kParallel * u.norm() * v.norm()) return result;
+  result.normal = n / (n.dot(direction) < 0.0 ? -length : length);
+  result.separation = separation_along(cores, result.normal);
+  return result;
+}
+
 EdgeSeparation largest_edge_separation(NarrowScratch& scratch, const Vector3d& direction) {
   EdgeSeparation best{.normal = direction};
   for (int round = 0; round < kRounds; ++round) {
     gather_both(scratch, best.normal);
     EdgeSeparation closest = closest_edges(scratch);
-    const double distance = closest.separation;
-    const double tolerance = kProof * (size_of(scratch.cores) + distance);
+    const double tolerance = proof_tolerance(scratch.cores, closest.distance);
     // Of cores that touch, the direction between the points has no digits.
-    if (distance > tolerance) {
+    if (closest.distance > tolerance) {
       closest.separation = separation_along(scratch.cores, closest.normal);
-      if (closest.separation >= distance - tolerance) return closest;
-    } else {
-      closest.separation = -std::numeric_limits<double>::infinity();
+      if (closest.separation >= closest.distance - tolerance) return closest;
     }
     const EdgeSeparation crossing = deepest_crossing(scratch, best.normal);
     const EdgeSeparation& better = crossing.separation > closest.separation ? crossing : closest;

@@ -32,18 +32,33 @@ struct FaceSeparation {
   int support{0};  ///< the other core's vertex that is deepest
 };
 
-/// The face with the largest separation, or `preferred` unless another's is larger by the hysteresis. Stops at the
-/// first one beyond `reach`. Side -1 if neither core has a face. O(faces x vertices); planes that the other core's
-/// centre lies behind are passed over.
-[[nodiscard]] FaceSeparation largest_face_separation(const std::array<PlacedCore, 2>& cores, const FaceRef& preferred,
-                                                     double reach);
+/// That of one face, `facing` left open. O(vertices).
+[[nodiscard]] FaceSeparation separation_of(const std::array<PlacedCore, 2>& cores, int side, int face);
+
+/// The face with the largest separation, or `preferred` unless another's is larger: by the hysteresis, if that is a
+/// face. Stops at the first one beyond `reach`. `points`: one of each core, best one near the other core.
+/// O(faces): the other core's vertices are gone through only for a face that the last point found low lies high enough
+/// above.
+[[nodiscard]] FaceSeparation largest_face_separation(const std::array<PlacedCore, 2>& cores,
+                                                     const FaceSeparation& preferred,
+                                                     const std::array<Eigen::Vector3d, 2>& points, double reach);
 
 /// Two edges, and the axis between them.
 struct EdgeSeparation {
   double separation{-std::numeric_limits<double>::infinity()};  ///< along the normal
-  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};              ///< unit, from b to a
-  std::array<std::pair<int, int>, 2> edges{};                   ///< vertices of a's and b's
+  double distance{
+      std::numeric_limits<double>::infinity()};     ///< of the edges, if known: no normal parts the cores by more
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};  ///< unit, from b to a
+  EdgePair edges{};
 };
+
+[[nodiscard]] ClosestPoints closest_points(const std::array<PlacedCore, 2>& cores, const EdgePair& edges);
+
+/// That of two given edges, along the direction between their closest points or, where the cores touch there, square
+/// to both; the normal looks along `direction`. The separation is minus infinity if they have no such normal.
+/// O(vertices).
+[[nodiscard]] EdgeSeparation separation_of(const std::array<PlacedCore, 2>& cores, const EdgePair& edges,
+                                           const Eigen::Vector3d& direction);
 
 /// The largest separation along the directions between two edges: of their closest points, or, where the cores touch
 /// or overlap, square to both. `direction`, unit, points from b to a; where there are many edges it should be about

@@ -61,6 +61,28 @@ TEST(HullPair, RandomPoses_GapIsThatOfExhaustiveSearch) {
   EXPECT_GT(overlapping, 50);
 }
 
+TEST(HullPair, Touching_FollowedWithoutSearchingAnew) {
+  Random random(4);
+  int updates = 0, searches = 0;
+  for (int scene = 0; scene < 12; ++scene) {
+    HullPair pair = random_pair(random, 16, 16, random.between(-0.002, 0.002));
+    World world(testing::pair_of(pair.a, pair.b, 0.02));
+    for (int step = 0; step < 40; ++step) {
+      const UpdateReport report = world.update(std::vector<Pose>{pair.X_WA, pair.X_WB});
+      ASSERT_EQ(report.status, UpdateStatus::kOk);
+      const double expected = reference_of(pair);
+      if (expected <= 0.02 - kKept) {
+        ASSERT_NEAR(least_gap(world.contacts()), expected, kKept) << "scene " << scene << ", step " << step;
+      }
+      updates += step > 0 ? 1 : 0;
+      searches += step > 0 ? report.direction_searches : 0;
+      pair.X_WB.position += 2e-4 * random.direction();
+      pair.X_WB.rotation = Eigen::AngleAxisd(4e-3, random.direction()) * pair.X_WB.rotation;
+    }
+  }
+  EXPECT_LT(searches, updates / 10);
+}
+
 TEST(HullPair, FlatSegmentAndPointHulls_GapIsThatOfExhaustiveSearch) {
   Random random(4);
   int compared = 0;
