@@ -46,9 +46,8 @@ struct FaceSeparation {
 /// Two edges, and the axis between them.
 struct EdgeSeparation {
   double separation{-std::numeric_limits<double>::infinity()};  ///< along the normal
-  double distance{
-      std::numeric_limits<double>::infinity()};     ///< of the edges, if known: no normal parts the cores by more
-  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};  ///< unit, from b to a
+  double distance{std::numeric_limits<double>::infinity()};     ///< of the edges, if known: none parts them by more
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};              ///< unit, from b to a
   EdgePair edges{};
 };
 
