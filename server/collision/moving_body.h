@@ -8,6 +8,16 @@
 
 namespace layfigure::collision {
 
+/// No point within `radius` of its frame's origin has gone further on the way between two poses [m]. Of two unit
+/// quaternions of the same sign, R1 - R0 has the norm 2 sin(angle / 2) <= 2 |q1 - q0|.
+inline double largest_motion(const Pose& from, const Pose& to, double radius) {
+  constexpr double kUnit = 1.0 + 1e-5;  // quaternions are unit to 1e-6 only
+  const auto& q0 = from.rotation.coeffs();
+  const auto& q1 = to.rotation.coeffs();
+  const double turned = 2.0 * kUnit * std::sqrt(std::min((q1 - q0).squaredNorm(), (q1 + q0).squaredNorm()));
+  return (to.position - from.position).norm() + (turned > 0.0 ? turned * radius : 0.0);
+}
+
 /// Where a body is, and how far it has gone.
 struct MovingBody {
   Pose X_WB{};
@@ -23,20 +33,20 @@ struct MovingBody {
     set(pose, new_reach);
   }
 
-  /// Moves it on. Of two unit quaternions of the same sign, R1 - R0 has the norm 2 sin(angle / 2) <= 2 |q1 - q0|.
   void move(const Pose& pose, double new_reach) {
     moved = X_WB.position != pose.position || X_WB.rotation.coeffs() != pose.rotation.coeffs() || reach != new_reach;
     if (!moved) return;
-    const auto& q0 = X_WB.rotation.coeffs();
-    const auto& q1 = pose.rotation.coeffs();
-    const double turned = 2.0 * kUnit * std::min((q1 - q0).norm(), (q1 + q0).norm());
-    travel += (pose.position - X_WB.position).norm() + (turned > 0.0 ? turned * radius : 0.0);
+    travel += largest_motion(X_WB, pose, radius);
     set(pose, new_reach);
   }
 
- private:
-  static constexpr double kUnit = 1.0 + 1e-5;  ///< quaternions are unit to 1e-6 only
+  /// Of another body in this one's frame.
+  [[nodiscard]] Pose pose_of(const MovingBody& other) const {
+    return {.rotation = X_WB.rotation.conjugate() * other.X_WB.rotation,
+            .position = R_WB.transpose() * (other.X_WB.position - X_WB.position)};
+  }
 
+ private:
   void set(const Pose& pose, double new_reach) {
     moved = true;
     X_WB = pose;

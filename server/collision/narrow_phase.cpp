@@ -188,10 +188,11 @@ Vector3d first_direction(NarrowScratch& scratch, const FaceRef& face) {
 }
 
 void place_vertices(NarrowScratch& scratch) {
-  for (PlacedCore& placed : scratch.cores) {
-    placed.vertices.clear();
-    for (const auto& v : placed.core->vertices) placed.vertices.push_back(placed.R * v + placed.p);
-  }
+  PlacedCore& b = scratch.cores[1];
+  scratch.vertices.clear();
+  for (const auto& v : b.core->vertices) scratch.vertices.push_back(b.R * v + b.p);
+  b.vertices = scratch.vertices;
+  scratch.cores[0].vertices = scratch.cores[0].core->vertices;
 }
 
 double reach_of(const Cores& cores, const Activity& activity) {
@@ -256,11 +257,7 @@ bool keep_edges(const Activity& activity, NarrowScratch& scratch, Manifold& mani
   const EdgeSeparation edges = separation_of(cores, manifold.edges, manifold.points[0].normal);
   if (report_if_apart(edges.normal, edges.separation, activity, cores, manifold)) return true;
   if (edges.distance > edges.separation + hysteresis) return false;
-  FaceSeparation as_good;
-  as_good.separation = edges.separation - hysteresis;
-  const auto [on_a, on_b] = closest_points(cores, edges.edges);
-  const FaceSeparation face = largest_face_separation(cores, as_good, {on_a, on_b}, reach_of(cores, activity));
-  if (face.face.side >= 0) return false;
+  if (some_face_about(cores, manifold.edges, edges.separation - hysteresis)) return false;
   touch_at_edges(edges, activity, scratch, manifold);
   return true;
 }
@@ -268,12 +265,7 @@ bool keep_edges(const Activity& activity, NarrowScratch& scratch, Manifold& mani
 /// `last`: what has become of the face of the last test.
 void find_contact(const Activity& activity, const FaceContact& last, NarrowScratch& scratch, Manifold& manifold) {
   const Cores& cores = scratch.cores;
-  std::array<Vector3d, 2> points{cores[0].center(), cores[1].center()};
-  if (last.found.face.side >= 0) {
-    const int other = 1 - last.found.face.side;
-    points[other] = cores[other].vertices[last.found.support];
-  }
-  const FaceSeparation found = largest_face_separation(cores, last.found, points, reach_of(cores, activity));
+  const FaceSeparation found = largest_face_separation(cores, last.found, reach_of(cores, activity));
   const bool has_face = found.face.side >= 0;
   if (has_face && report_if_apart(normal_of(cores, found.face), found.separation, activity, cores, manifold)) return;
   const bool anew = has_face && found.face != last.found.face;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "polytope.h"
@@ -59,7 +60,7 @@ struct PlacedCore {
   const ShrunkCore* shrunk;
   Eigen::Matrix3d R;
   Eigen::Vector3d p;
-  std::vector<Eigen::Vector3d> vertices;  ///< left to collide()
+  std::span<const Eigen::Vector3d> vertices;  ///< left to collide()
 
   [[nodiscard]] Eigen::Vector3d normal(int face) const { return R * core->faces[face].normal; }
   [[nodiscard]] Eigen::Vector3d center() const { return R * core->center + p; }
@@ -76,6 +77,7 @@ struct Corner {
 /// Scratch memory of the narrow phase, reused from test to test.
 struct NarrowScratch {
   std::array<PlacedCore, 2> cores;
+  std::vector<Eigen::Vector3d> vertices;  ///< b's
   std::vector<Corner> polygon;
   std::vector<Corner> clipped;
   std::vector<LocalPoint> points;

@@ -1,5 +1,6 @@
 #include "separation.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace layfigure::collision {
@@ -164,8 +165,7 @@ FaceSeparation separation_of(const Cores& cores, int side, int face) {
   return {{side, face, -1}, lowest - offset, support};
 }
 
-FaceSeparation largest_face_separation(const Cores& cores, const FaceSeparation& preferred,
-                                       const std::array<Vector3d, 2>& points, double reach) {
+FaceSeparation largest_face_separation(const Cores& cores, const FaceSeparation& preferred, double reach) {
   FaceSeparation best = preferred;
   const double hysteresis = kFaceHysteresis * smaller_size(cores);
   for (const int side : {0, 1}) {
@@ -173,7 +173,7 @@ FaceSeparation largest_face_separation(const Cores& cores, const FaceSeparation&
     const PlacedCore& other = cores[1 - side];
     const auto in_own = [&own](const Vector3d& p) { return Vector3d(own.R.transpose() * (p - own.p)); };
     // The other core is no higher above any face than one of its points.
-    Vector3d low = in_own(points[1 - side]);
+    Vector3d low = in_own(preferred.face.side == side ? other.vertices[preferred.support] : other.center());
     for (int face = 0; face < static_cast<int>(own.core->faces.size()); ++face) {
       if (best.separation > reach) return best;
       const bool keeps = best.face.side >= 0 && best.face == preferred.face;
@@ -192,8 +192,21 @@ bool tries_all_edges(const Cores& cores) {
   return cores[0].core->edges.size() * cores[1].core->edges.size() <= kAllPairs;
 }
 
-ClosestPoints closest_points(const Cores& cores, const EdgePair& edges) {
-  return closest_points(segment_of(cores[0], edges[0]), segment_of(cores[1], edges[1]));
+bool some_face_about(const Cores& cores, const EdgePair& edges, double least) {
+  const ClosestPoints points = closest_points(segment_of(cores[0], edges[0]), segment_of(cores[1], edges[1]));
+  for (const int side : {0, 1}) {
+    const PlacedCore& own = cores[side];
+    const Vector3d low = own.R.transpose() * ((side == 0 ? points.b : points.a) - own.p);
+    const auto parts = [&](int face) {
+      const Face& candidate = own.core->faces[face];
+      return candidate.normal.dot(low) - candidate.offset > least &&
+             separation_of(cores, side, face).separation > least;
+    };
+    for (const int vertex : {edges[side].first, edges[side].second}) {
+      if (std::ranges::any_of(own.core->vertex_faces[vertex], parts)) return true;
+    }
+  }
+  return false;
 }
 
 EdgeSeparation separation_of(const Cores& cores, const EdgePair& edges, const Vector3d& direction) {

@@ -36,12 +36,10 @@ struct FaceSeparation {
 [[nodiscard]] FaceSeparation separation_of(const std::array<PlacedCore, 2>& cores, int side, int face);
 
 /// The face with the largest separation, or `preferred` unless another's is larger: by the hysteresis, if that is a
-/// face. Stops at the first one beyond `reach`. `points`: one of each core, best one near the other core.
-/// O(faces): the other core's vertices are gone through only for a face that the last point found low lies high enough
-/// above.
+/// face. Stops at the first one beyond `reach`. Side -1 if neither core has a face. O(faces): the other core's vertices
+/// are gone through only for a face that the last one found low lies high enough above.
 [[nodiscard]] FaceSeparation largest_face_separation(const std::array<PlacedCore, 2>& cores,
-                                                     const FaceSeparation& preferred,
-                                                     const std::array<Eigen::Vector3d, 2>& points, double reach);
+                                                     const FaceSeparation& preferred, double reach);
 
 /// Two edges, and the axis between them.
 struct EdgeSeparation {
@@ -51,13 +49,14 @@ struct EdgeSeparation {
   EdgePair edges{};
 };
 
-[[nodiscard]] ClosestPoints closest_points(const std::array<PlacedCore, 2>& cores, const EdgePair& edges);
-
 /// That of two given edges, along the direction between their closest points or, where the cores touch there, square
 /// to both; the normal looks along `direction`. The separation is minus infinity if they have no such normal.
 /// O(vertices).
 [[nodiscard]] EdgeSeparation separation_of(const std::array<PlacedCore, 2>& cores, const EdgePair& edges,
                                            const Eigen::Vector3d& direction);
+
+/// Whether a face about the ends of the two edges parts the cores by more than `least`. O(1) where none does.
+[[nodiscard]] bool some_face_about(const std::array<PlacedCore, 2>& cores, const EdgePair& edges, double least);
 
 /// The largest separation along the directions between two edges: of their closest points, or, where the cores touch
 /// or overlap, square to both. `direction`, unit, points from b to a; where there are many edges it should be about

@@ -23,6 +23,7 @@ struct PairContact {
   bool tested{false};
   /// The pair has no points, and needs no test, until its bodies have travelled so far in sum, their reaches included.
   double apart_until{-std::numeric_limits<double>::infinity()};
+  Pose X_AB;  ///< when it was tested
   Manifold manifold;
   std::array<ContactPoint, kMaxPoints> points;
 };
@@ -35,6 +36,7 @@ struct World::Data {
   [[nodiscard]] bool move(std::span<const Pose> X_WB, std::span<const double> reach);
   void list_pairs(UpdateReport& report);
   void test_pairs(UpdateReport& report);
+  [[nodiscard]] bool stays_apart(const NearPair& near, PairContact& pair) const;
   [[nodiscard]] bool must_test(const NearPair& near, const PairContact& pair) const;
   void test(const NearPair& near, PairContact& pair);
   void collide_pair(const NearPair& near, Manifold& manifold);
@@ -44,9 +46,6 @@ struct World::Data {
   [[nodiscard]] const MovingBody& body_b(const NearPair& near) const { return bodies[near.bodies.second]; }
   [[nodiscard]] double travel_of(const NearPair& near) const { return body_a(near).travel + body_b(near).travel; }
   [[nodiscard]] double reach_of(const NearPair& near) const { return body_a(near).reach + body_b(near).reach; }
-  [[nodiscard]] bool is_apart(const NearPair& near, const PairContact& pair) const {
-    return travel_of(near) + reach_of(near) < pair.apart_until;
-  }
 
   ShapeSet shapes;
   std::vector<MovingBody> bodies;  ///< the world first
@@ -100,6 +99,17 @@ void World::Data::list_pairs(UpdateReport& report) {
   }
 }
 
+/// Whether the pair cannot come within the activity distance before the next update.
+bool World::Data::stays_apart(const NearPair& near, PairContact& pair) const {
+  const double used = travel_of(near) + reach_of(near);
+  if (used < pair.apart_until) return true;
+  if (!pair.tested || pair.manifold.apart == Manifold::kTouching || near.plane) return false;
+  // Bodies that are carried along together travel far and come no nearer.
+  const double moved = largest_motion(pair.X_AB, body_a(near).pose_of(body_b(near)), body_b(near).radius);
+  pair.apart_until = travel_of(near) + pair.manifold.apart - moved - shapes.definition().activity;
+  return used < pair.apart_until;
+}
+
 bool World::Data::must_test(const NearPair& near, const PairContact& pair) const {
   return !pair.tested || body_a(near).moved || body_b(near).moved;
 }
@@ -110,7 +120,7 @@ void World::Data::test_pairs(UpdateReport& report) {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const NearPair& near = near_pairs.list()[k];
     PairContact& pair = pairs[k];
-    if (is_apart(near, pair)) continue;
+    if (stays_apart(near, pair)) continue;
     if (must_test(near, pair)) {
       test(near, pair);
       ++report.narrow_tests;
@@ -123,6 +133,7 @@ void World::Data::test_pairs(UpdateReport& report) {
 void World::Data::test(const NearPair& near, PairContact& pair) {
   collide_pair(near, pair.manifold);
   pair.tested = true;
+  pair.X_AB = body_a(near).pose_of(body_b(near));
   pair.apart_until = travel_of(near) + pair.manifold.apart - shapes.definition().activity;
   write_points(near, pair);
 }

@@ -93,9 +93,25 @@ struct Course {
   int bodies;
   double speed;       ///< most [m per update]
   double reach_part;  ///< reach that is told, of the speed
+  double carrying;    ///< speed at which all are carried along besides [m per update]
   bool carried_plane;
   const char* name;
 };
+
+/// The carrier of all after so many updates at a speed, going round at a radius of 0.5 m.
+Pose carrier(double speed, int step) {
+  const Eigen::AngleAxisd turn(speed / 0.5 * step, Vector3d(0.0, 0.6, 0.8));
+  return {.rotation = Eigen::Quaterniond(turn), .position = 0.5 * (turn * Vector3d::UnitX())};
+}
+
+std::vector<Pose> carried(const Pose& X_WC, const std::vector<Pose>& X_CB) {
+  std::vector<Pose> X_WB;
+  for (const Pose& pose : X_CB) {
+    X_WB.push_back({.rotation = (X_WC.rotation * pose.rotation).normalized(),
+                    .position = X_WC.position + X_WC.rotation * pose.position});
+  }
+  return X_WB;
+}
 
 class NearPairs : public ::testing::TestWithParam<Course> {};
 
@@ -106,12 +122,13 @@ TEST_P(NearPairs, WhileBodiesWander_NoContactIsMissed) {
   int skipped = 0;
   for (int step = 0; step < 400; ++step) {
     std::vector<double> reach;
-    for (const double speed : crowd.speeds) reach.push_back(course.reach_part * speed);
-    const UpdateReport report = world.update(crowd.poses, reach);
+    for (const double speed : crowd.speeds) reach.push_back(course.reach_part * (speed + 2.0 * course.carrying));
+    const std::vector<Pose> poses = carried(carrier(course.carrying, step), crowd.poses);
+    const UpdateReport report = world.update(poses, reach);
     ASSERT_EQ(report.status, UpdateStatus::kOk);
     skipped += report.box_tests == 0 ? 1 : 0;
     World anew(crowd.definition, world);
-    ASSERT_EQ(anew.update(crowd.poses, reach).status, UpdateStatus::kOk);
+    ASSERT_EQ(anew.update(poses, reach).status, UpdateStatus::kOk);
     ASSERT_NO_FATAL_FAILURE(expect_same_pairs(world, anew, step));
     crowd.move(step);
     if (step % 97 == 96) crowd.poses[0].position += Vector3d(0.3, -0.2, 0.1);  // further than was told
@@ -122,11 +139,13 @@ TEST_P(NearPairs, WhileBodiesWander_NoContactIsMissed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Crowds, NearPairs,
-                         ::testing::Values(Course{1, 12, 1e-4, 2.0, false, "Slow"},
-                                           Course{2, 12, 5e-3, 2.0, false, "Fast"},
-                                           Course{3, 12, 2e-3, 0.0, false, "NothingTold"},
-                                           Course{4, 30, 1e-3, 2.0, false, "Many"},
-                                           Course{5, 12, 1e-3, 2.0, true, "PlaneCarried"}),
+                         ::testing::Values(Course{1, 12, 1e-4, 2.0, 0.0, false, "Slow"},
+                                           Course{2, 12, 5e-3, 2.0, 0.0, false, "Fast"},
+                                           Course{3, 12, 2e-3, 0.0, 0.0, false, "NothingTold"},
+                                           Course{4, 30, 1e-3, 2.0, 0.0, false, "Many"},
+                                           Course{5, 12, 1e-3, 2.0, 0.0, true, "PlaneCarried"},
+                                           Course{6, 30, 2e-4, 2.0, 2e-3, false, "AllCarried"},
+                                           Course{7, 12, 2e-4, 0.0, 2e-3, true, "AllCarriedNothingTold"}),
                          [](const auto& course) { return course.param.name; });
 
 TEST(World, SmallMotionsOfAListedPair_AreNotTestedUntilItMayTouch) {
@@ -146,6 +165,21 @@ TEST(World, SmallMotionsOfAListedPair_AreNotTestedUntilItMayTouch) {
   EXPECT_NEAR(updates, 0.005 / kStep - 2.0 + 1.0, 2.0);
   EXPECT_LE(tests, 5);
   EXPECT_LE(lists, updates / 10);
+}
+
+TEST(World, ListedPairThatIsCarriedAlong_IsNotTestedAgain) {
+  constexpr double kSpeed = 3e-3;
+  World world(testing::pair_of(testing::box({0.1, 0.1, 0.1}), testing::box({0.1, 0.1, 0.1}), kActivity));
+  const std::vector<Pose> beside{{}, {.position = {0.22, 0.0, 0.0}}};  // a gap of 20 mm
+  const std::vector<double> reach(2, kSpeed);
+  int tests = 0;
+  for (int step = 0; step < 100; ++step) {
+    const UpdateReport report = world.update(carried(carrier(kSpeed, step), beside), reach);
+    ASSERT_EQ(report.status, UpdateStatus::kOk);
+    tests += report.narrow_tests;
+  }
+  EXPECT_LE(tests, 2);
+  EXPECT_TRUE(world.contacts().empty());
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct UpdateReport {
   int bad_body{-1};           ///< the first whose pose was bad; the number of poses if there were too few or too many
   int box_tests{0};           ///< pairs of shapes whose bounds were compared; none while a list of near pairs stands
   int narrow_tests{0};        ///< pairs of shapes that were tested exactly
-  int direction_searches{0};  ///< of those, pairs of hulls whose separating direction had to be searched
+  int direction_searches{0};  ///< of those, pairs of hulls whose separating direction had to be searched for
 };
 
 /// Finds the contact points between the shapes of a fixed set of bodies.
@@ -66,9 +66,11 @@ class World {
   /// not empty one finite value >= 0 per body, is how far a body's surface may get before the next update: it is added
   /// to the activity distance of the pairs that the body is in, so that nothing fast is missed.
   /// How far each body has gone is summed up, so that most is looked at only when it may matter: the sweep over the n
-  /// shapes' bounds when a body has gone 16 times its reach, a pair when its bodies have used up the distance that its
-  /// last test found. Pairs neither of which moved keep their contacts; nothing at all is done where no two shapes may
-  /// meet. Allocates only where there are more near pairs or contacts than ever before. Throws nothing else.
+  /// shapes' bounds when a body has gone 16 times its reach, a pair when its bodies, one as seen from the other, have
+  /// used up the distance that its last test found. A pair that touches is looked at where it touched last, and
+  /// searched only where that does not prove to be the answer. Pairs neither of which moved keep their contacts;
+  /// nothing at all is done where no two shapes may meet. Allocates only where there are more near pairs or contacts
+  /// than ever before. Throws nothing else.
   [[nodiscard]] UpdateReport update(std::span<const Pose> X_WB, std::span<const double> reach = {});
 
   /// Some two shapes may meet: update() has something to do.
