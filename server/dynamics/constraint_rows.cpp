@@ -74,6 +74,13 @@ Anchor anchor_of(const PathTree& tree, int body, const Eigen::Vector3d& point) {
 
 std::uint64_t block_key(Kind kind, std::uint64_t source) { return (source << 2) | static_cast<std::uint64_t>(kind); }
 
+/// b of a contact's normal row between two points.
+double normal_bias(const Contact& contact, const Anchor& a, const Anchor& b, double h, double offset) {
+  const double surface = contact.normal.dot(contact.surface_velocity);
+  const double gap = contact.normal.dot(a.position - b.position) - surface * offset;
+  return unilateral_bias(gap, h) - surface;
+}
+
 }  // namespace
 
 const LimitState::Bound& LimitedJoint::bound(int index) const {
@@ -84,23 +91,35 @@ ConstraintBlock contact_block(const PathTree& tree, const Contact& contact, int 
   const Anchor a = anchor_of(tree, contact.body_a, contact.point_a);
   const Anchor b = anchor_of(tree, contact.body_b, contact.point_b);
   const Eigen::Matrix3d frame = contact_frame(contact.normal);
-  const Eigen::Vector3d surface = frame.transpose() * contact.surface_velocity;
-  const double gap = contact.normal.dot(a.position - b.position) - surface[0] * offset;
   const bool rough = contact.friction > 0.0;
   ConstraintBlock block{
       .kind = Kind::kContact,
-      .key = block_key(Kind::kContact, contact.key),
+      .key = block_key(contact),
       .source = index,
       .rows = rough ? 3 : 1,
       .laws = {rough ? LcpRow::contact(contact.friction) : LcpRow::unilateral(), LcpRow::tangent(), LcpRow::tangent()},
       .jacobian = {.a = side_at(contact.body_a, a.r, frame), .b = side_at(contact.body_b, b.r, -frame)},
       .directions = frame,
-      .bias = -surface,
+      .bias = -(frame.transpose() * contact.surface_velocity),
       .compliance = Eigen::Vector3d::Zero(),
       .reach = a.position.norm()};
-  block.bias[0] += unilateral_bias(gap, h);
+  block.bias[0] = normal_bias(contact, a, b, h, offset);
   return block;
 }
+
+ContactWatch contact_watch(const PathTree& tree, const Contact& contact, int index, double h, double offset) {
+  const Anchor a = anchor_of(tree, contact.body_a, contact.point_a);
+  const Anchor b = anchor_of(tree, contact.body_b, contact.point_b);
+  return {.source = index,
+          .body_a = contact.body_a,
+          .body_b = contact.body_b,
+          .normal = contact.normal,
+          .moment_a = a.r.cross(contact.normal),
+          .moment_b = -b.r.cross(contact.normal),
+          .bias = normal_bias(contact, a, b, h, offset)};
+}
+
+std::uint64_t block_key(const Contact& contact) { return block_key(Kind::kContact, contact.key); }
 
 ConstraintBlock tie_block(const PathTree& tree, const Tie& tie, int index, double h) {
   const Anchor a = anchor_of(tree, tie.body_a, tie.point_a);

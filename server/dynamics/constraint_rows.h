@@ -25,14 +25,26 @@ struct ConstraintBlock {
   Eigen::Vector3d bias;        ///< b without the velocity
   Eigen::Vector3d compliance;  ///< S
   double reach;                ///< size of the positions, or of the angles, that the gap comes from
-  bool active{false};          ///< its rows are in the problem
-  int first{0};                ///< its first row there
+  int first{0};                ///< its first row in the problem
   Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};  ///< lambda
   Eigen::Vector3d applied{Eigen::Vector3d::Zero()};  ///< what of it the factors hold
   Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
-  // those of the line search's last accepted iterate
-  Eigen::Vector3d accepted_impulse{Eigen::Vector3d::Zero()};
-  Eigen::Vector3d accepted_velocity{Eigen::Vector3d::Zero()};
+  // of the first row, at the line search's last accepted iterate
+  double accepted_impulse{0.0};
+  double accepted_velocity{0.0};
+};
+
+/// A contact that need not act so far: its normal row alone.
+struct ContactWatch {
+  int source;  ///< index of the contact
+  int body_a;
+  int body_b;                ///< -1: the world
+  Eigen::Vector3d normal;    ///< world
+  Eigen::Vector3d moment_a;  ///< of a unit impulse, about the bodies' origins
+  Eigen::Vector3d moment_b;
+  double bias;  ///< b without the velocity
+  double velocity{0.0};
+  double accepted_velocity{0.0};  ///< at the line search's last accepted iterate
 };
 
 /// A joint that may reach its limits.
@@ -49,6 +61,10 @@ struct LimitedJoint {
 // Of a sub-step of length h; the bodies are on the tree. `offset`: its beginning after that of the step [s].
 [[nodiscard]] ConstraintBlock contact_block(const PathTree& tree, const Contact& contact, int index, double h,
                                             double offset);
+[[nodiscard]] ContactWatch contact_watch(const PathTree& tree, const Contact& contact, int index, double h,
+                                         double offset);
+/// Under which its block remembers its force.
+[[nodiscard]] std::uint64_t block_key(const Contact& contact);
 [[nodiscard]] ConstraintBlock tie_block(const PathTree& tree, const Tie& tie, int index, double h);
 [[nodiscard]] ConstraintBlock tie_rotation_block(const PathTree& tree, const Tie& tie, int index, double h);
 [[nodiscard]] ConstraintBlock limit_block(const LimitedJoint& joint, int bound, double h);

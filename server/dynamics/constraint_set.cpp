@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "lane_transfer.h"
-#include "layfigure/math/rotation.h"
+#include "layfigure/math/scrambled.h"
 
 namespace layfigure::dynamics {
 namespace {
@@ -18,10 +18,6 @@ constexpr double kViolation = 1e-9;
 constexpr double kPositionRounding = 1e-15;
 // Friction that uses this much of its cone slides.
 constexpr double kSliding = 1.0 - 1e-9;
-
-std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
-  return (hash ^ value) * 0x9e3779b97f4a7c15ULL + (hash >> 29);
-}
 
 }  // namespace
 
@@ -43,6 +39,7 @@ void ConstraintSet::start(std::span<const ConstraintMemory> memory, const Inputs
 void ConstraintSet::clear() {
   tree_.clear();
   blocks_.clear();
+  watched_.clear();
   limited_.clear();
 }
 
@@ -57,7 +54,11 @@ void ConstraintSet::gather(const StepContext& context, const Plan<T>& plan, cons
     if (inputs.contacts[i].body_a == inputs.contacts[i].body_b) continue;  // one rigid body
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_a);
     tree_.touch(context, plan, nodes, copy, inputs.contacts[i].body_b);
-    add(contact_block(tree_, inputs.contacts[i], static_cast<int>(i), run.h, run.offset), run.h);
+    if (recall(block_key(inputs.contacts[i])) != nullptr) {
+      add(contact_block(tree_, inputs.contacts[i], static_cast<int>(i), run.h, run.offset), run.h);
+    } else {
+      watched_.push_back(contact_watch(tree_, inputs.contacts[i], static_cast<int>(i), run.h, run.offset));
+    }
   }
   for (std::size_t i = 0; i < inputs.ties.size(); ++i) {
     if (inputs.ties[i].body_a == inputs.ties[i].body_b) continue;
@@ -76,24 +77,26 @@ void ConstraintSet::renew() {
   solved_rows_ = kNone;
 }
 
-/// Impulse of the rows that exerted the remembered force. Rows mostly come in the order of the last time.
-Eigen::Vector3d ConstraintSet::remembered(std::uint64_t key, double h, const Eigen::Matrix3d& directions) {
+/// What the last sub-step remembers of such rows; nullptr: nothing. Rows mostly come in the order of the last time.
+const ConstraintMemory* ConstraintSet::recall(std::uint64_t key) {
   for (std::size_t tried = 0; tried < memory_.size(); ++tried) {
     if (cursor_ >= memory_.size()) cursor_ = 0;
-    const ConstraintMemory& memory = memory_[cursor_++];
-    if (memory.key != key) continue;
-    // A bound's direction need not be of unit length.
-    const Eigen::Vector3d lengths = directions.colwise().squaredNorm().transpose();
-    const Eigen::Vector3d impulse = h * (directions.transpose() * memory.force);
-    return (lengths.array() > 0.0).select(impulse.array() / lengths.array(), 0.0);
+    if (memory_[cursor_].key == key) return &memory_[cursor_];
+    ++cursor_;
   }
-  return Eigen::Vector3d::Zero();
+  return nullptr;
 }
 
+/// Adds a block to the problem, with the impulse of the force that it exerted last.
 void ConstraintSet::add(ConstraintBlock&& block, double h) {
-  block.impulse = remembered(block.key, h, block.directions);
+  const ConstraintMemory* memory = recall(block.key);
+  if (memory != nullptr) {
+    // A bound's direction need not be of unit length.
+    const Eigen::Vector3d lengths = block.directions.colwise().squaredNorm().transpose();
+    const Eigen::Vector3d impulse = h * (block.directions.transpose() * memory->force);
+    block.impulse = (lengths.array() > 0.0).select(impulse.array() / lengths.array(), 0.0);
+  }
   block.impulse.tail(3 - block.rows).setZero();
-  block.active = block.kind != Kind::kContact || !block.impulse.isZero(0.0);
   blocks_.push_back(block);
 }
 
@@ -158,26 +161,48 @@ Eigen::Vector3d ConstraintSet::row_velocity(const ConstraintBlock& block, const 
   return velocity;
 }
 
-/// Takes rows into the problem that the velocities violate. False if there are none.
-bool ConstraintSet::activate() {
-  const double tolerated = solved_rows_ == kNone ? 0.0 : kViolation;
-  active_rows_ = 0;
-  for (ConstraintBlock& block : blocks_) {
-    if (!block.active) block.active = block.velocity[0] + block.bias[0] < -tolerated;
-    if (block.active) active_rows_ += block.rows;
-  }
-  return active_rows_ != std::max(solved_rows_, 0);
+template <class T>
+double ConstraintSet::normal_velocity(const ContactWatch& watch, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                                      int copy) const {
+  const auto of = [&](int body, const Eigen::Vector3d& moment, double side) {
+    if (body < 0) return 0.0;
+    const Node<T>& node = nodes[plan.schedule.slot_of(copy, body)];
+    const int lane = plan.schedule.lane_of(copy, body);
+    return moment.dot(math::lane(node.w_WB, lane)) + side * watch.normal.dot(math::lane(node.v_WB, lane));
+  };
+  return of(watch.body_a, watch.moment_a, 1.0) + of(watch.body_b, watch.moment_b, -1.0);
 }
 
-/// The Delassus matrix and b of the active rows. `velocity` holds what has been applied already.
+/// Takes the contacts into the problem that the velocities violate. False if it is the one that has been solved.
+template <class T>
+bool ConstraintSet::activate(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                             int copy) {
+  const Copy& run = context.copies[copy];
+  const double tolerated = solved_rows_ == kNone ? 0.0 : kViolation;
+  std::size_t left = 0;
+  for (const ContactWatch& watch : watched_) {
+    if (!(watch.velocity + watch.bias < -tolerated)) {
+      watched_[left++] = watch;
+      continue;
+    }
+    add(contact_block(tree_, context.inputs->contacts[watch.source], watch.source, run.h, run.offset), run.h);
+    blocks_.back().velocity = row_velocity(blocks_.back(), plan, nodes, copy);
+    blocks_.back().accepted_velocity = watch.accepted_velocity;
+  }
+  watched_.erase(watched_.begin() + static_cast<std::ptrdiff_t>(left), watched_.end());
+  rows_ = 0;
+  for (const ConstraintBlock& block : blocks_) rows_ += block.rows;
+  return rows_ != std::max(solved_rows_, 0);
+}
+
+/// The Delassus matrix and b of the rows. `velocity` holds what has been applied already.
 void ConstraintSet::assemble() {
   laws_.clear();
-  tree_.begin(active_rows_);
-  bias_.assign(active_rows_, 0.0);
-  impulses_.assign(active_rows_, 0.0);
+  tree_.begin(rows_);
+  bias_.assign(rows_, 0.0);
+  impulses_.assign(rows_, 0.0);
   int row = 0;
   for (ConstraintBlock& block : blocks_) {
-    if (!block.active) continue;
     block.first = row;
     tree_.add(block.jacobian, row, block.rows);
     for (int k = 0; k < block.rows; ++k, ++row) {
@@ -187,25 +212,23 @@ void ConstraintSet::assemble() {
     }
   }
   Eigen::Map<Eigen::MatrixXd> delassus = tree_.matrix();
-  Eigen::Map<Eigen::VectorXd> bias(bias_.data(), active_rows_);
-  const Eigen::Map<Eigen::VectorXd> applied(impulses_.data(), active_rows_);
+  Eigen::Map<Eigen::VectorXd> bias(bias_.data(), rows_);
+  const Eigen::Map<Eigen::VectorXd> applied(impulses_.data(), rows_);
   if (solved_rows_ > 0) bias.noalias() -= delassus.selfadjointView<Eigen::Lower>() * applied;
   for (const ConstraintBlock& block : blocks_) {
-    if (!block.active) continue;
     for (int k = 0; k < block.rows; ++k) delassus(block.first + k, block.first + k) += block.compliance[k];
   }
 }
 
 void ConstraintSet::solve_rows() {
   for (const ConstraintBlock& block : blocks_) {
-    if (!block.active) continue;
     for (int k = 0; k < block.rows; ++k) impulses_[block.first + k] = block.impulse[k];
   }
-  const Eigen::Map<Eigen::VectorXd> bias(bias_.data(), active_rows_);
-  Eigen::Map<Eigen::VectorXd> impulses(impulses_.data(), active_rows_);
+  const Eigen::Map<Eigen::VectorXd> bias(bias_.data(), rows_);
+  Eigen::Map<Eigen::VectorXd> impulses(impulses_.data(), rows_);
   largest_speed_ = bias.cwiseAbs().maxCoeff();
   const LcpReport solved = solve_lcp(tree_.matrix(), bias, laws_, impulses, lcp_);
-  report_.rows = active_rows_;
+  report_.rows = rows_;
   report_.iterations = std::max(report_.iterations, solved.iterations);
   if (solved.status != LcpStatus::kSolved) ++report_.unsolved;
   if (solved.residual >= report_.residual) {
@@ -213,7 +236,6 @@ void ConstraintSet::solve_rows() {
     report_.status = solved.status;
   }
   for (ConstraintBlock& block : blocks_) {
-    if (!block.active) continue;
     for (int k = 0; k < block.rows; ++k) {
       block.impulse[k] = impulses[block.first + k];
       impulses[block.first + k] -= block.applied[k];
@@ -226,41 +248,40 @@ template <class T>
 bool ConstraintSet::solve(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int copy) {
   take_limits(context, plan, nodes, copy);
   measure(plan, nodes, copy);
-  if (!activate()) return false;
+  if (!activate(context, plan, nodes, copy)) return false;
   tree_.read_factors(plan, nodes);
   assemble();
   solve_rows();
-  solved_rows_ = active_rows_;
-  tree_.apply(Eigen::Map<Eigen::VectorXd>(impulses_.data(), active_rows_), nodes);
+  solved_rows_ = rows_;
+  tree_.apply(Eigen::Map<Eigen::VectorXd>(impulses_.data(), rows_), nodes);
   return true;
 }
 
 template <class T>
 void ConstraintSet::measure(const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy) {
   for (ConstraintBlock& block : blocks_) block.velocity = row_velocity(block, plan, nodes, copy);
+  for (ContactWatch& watch : watched_) watch.velocity = normal_velocity(watch, plan, nodes, copy);
 }
 
 double ConstraintSet::slope(double fraction) const {
   double sum = 0.0;
   for (const ConstraintBlock& block : blocks_) {
-    const bool one_sided = block.kind == Kind::kContact || block.kind == Kind::kLimit;
-    if (!block.active || !one_sided) continue;
-    const double impulse = block.accepted_impulse[0] + fraction * (block.impulse[0] - block.accepted_impulse[0]);
-    sum += impulse * (block.velocity[0] - block.accepted_velocity[0]);
+    if (block.kind != Kind::kContact && block.kind != Kind::kLimit) continue;
+    const double impulse = block.accepted_impulse + fraction * (block.impulse[0] - block.accepted_impulse);
+    sum += impulse * (block.velocity[0] - block.accepted_velocity);
   }
   return sum;
 }
 
 void ConstraintSet::accept(double fraction, bool first) {
+  const auto move = [&](double now, double& accepted) {
+    accepted = first ? now : accepted + fraction * (now - accepted);
+  };
   for (ConstraintBlock& block : blocks_) {
-    if (first) {
-      block.accepted_impulse = block.impulse;
-      block.accepted_velocity = block.velocity;
-    } else {
-      block.accepted_impulse += fraction * (block.impulse - block.accepted_impulse);
-      block.accepted_velocity += fraction * (block.velocity - block.accepted_velocity);
-    }
+    move(block.impulse[0], block.accepted_impulse);
+    move(block.velocity[0], block.accepted_velocity);
   }
+  for (ContactWatch& watch : watched_) move(watch.velocity, watch.accepted_velocity);
 }
 
 template <class T>
@@ -273,7 +294,7 @@ void ConstraintSet::finish(const StepContext& context, const Plan<T>& plan, cons
   std::fill(tie_forces_.begin(), tie_forces_.end(), BodyForce{});
   std::uint64_t pattern = 0;
   for (const ConstraintBlock& block : blocks_) {
-    if (!block.active || block.impulse.isZero(0.0)) continue;
+    if (block.impulse.isZero(0.0)) continue;
     const Eigen::Vector3d force = block.directions * block.impulse / run.h;
     const Eigen::Vector3d velocity = row_velocity(block, plan, nodes, copy);
     run.work.constraints -= block.impulse.dot(velocity);
@@ -288,7 +309,7 @@ void ConstraintSet::finish(const StepContext& context, const Plan<T>& plan, cons
     if (block.kind == Kind::kTieRotation) tie_forces_[block.source].torque = force;
     const double held = block.rows == 3 ? block.laws[0].friction * block.impulse[0] * kSliding : 0.0;
     const bool slides = block.kind == Kind::kContact && block.impulse.tail<2>().norm() > held;
-    pattern = mixed(pattern, 2 * block.key + (slides ? 1 : 0));
+    pattern += math::scrambled(2 * block.key + (slides ? 1 : 0));  // in whatever order they were taken in
   }
   steady_ = steady_ && (first_sub_step_ || pattern == pattern_);
   pattern_ = pattern;

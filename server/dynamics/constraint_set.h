@@ -57,7 +57,7 @@ class ConstraintSet {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d remembered(std::uint64_t key, double h, const Eigen::Matrix3d& directions);
+  [[nodiscard]] const ConstraintMemory* recall(std::uint64_t key);
   void add(ConstraintBlock&& block, double h);
   template <class T>
   void take_limits(const StepContext& context, const Plan<T>& plan, std::vector<Node<T>>& nodes, int copy);
@@ -67,16 +67,22 @@ class ConstraintSet {
   template <class T>
   [[nodiscard]] Eigen::Vector3d row_velocity(const ConstraintBlock& block, const Plan<T>& plan,
                                              const std::vector<Node<T>>& nodes, int copy) const;
-  [[nodiscard]] bool activate();
+  template <class T>
+  [[nodiscard]] double normal_velocity(const ContactWatch& watch, const Plan<T>& plan,
+                                       const std::vector<Node<T>>& nodes, int copy) const;
+  template <class T>
+  [[nodiscard]] bool activate(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes,
+                              int copy);
   void assemble();
   void solve_rows();
 
   PathTree tree_;
-  std::vector<ConstraintBlock> blocks_;
+  std::vector<ConstraintBlock> blocks_;  ///< the problem's rows
+  std::vector<ContactWatch> watched_;    ///< the other contacts
   std::vector<LimitedJoint> limited_;
   std::vector<ConstraintMemory> memory_;
   std::size_t cursor_{0};  ///< in memory_: where the last key was found
-  int active_rows_{0};
+  int rows_{0};            ///< of the blocks
   static constexpr int kNone = -1;
   int solved_rows_{kNone};  ///< size of the last problem since renew()
 

@@ -2,7 +2,8 @@
 
 #include <utility>
 
-#include "base_step.h"
+#include "lane_transfer.h"
+#include "path_factors.h"
 
 namespace layfigure::dynamics {
 namespace {
@@ -13,32 +14,25 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
   return m;
 }
 
-/// The factor's blocks, as eliminate_joints() had them.
 template <class T>
-void read_factor(const Plan<T>& plan, const std::vector<Node<T>>& nodes, PathNode& node) {
-  const Constants<T>& constants = plan.constants[node.slot];
-  const Node<T>& source = nodes[node.slot];
+void read_factor(const Constants<T>& constants, const SlotFactor<T>& factor, PathNode& node) {
   const int k = node.lane;
-  const Articulated<T> articulated = articulated_of(plan, nodes, node.slot);
-  const Eigen::Matrix3d A = lane_matrix(articulated.A, k);
-  const Eigen::Matrix3d H = lane_matrix(articulated.H, k);
+  node.factored = true;
   node.free = math::lane(constants.free, k) > 0.0;
   node.fixed = math::lane(constants.fixed, k) > 0.0;
   if (node.free) {
     // Block elimination of the linear velocity, as in solve_free_root().
-    node.X_linear = lane_matrix(math::inverse(articulated.M), k);
-    node.H = H;
-    node.X = (A - H * node.X_linear * H.transpose()).inverse();
+    node.X_linear = lane_matrix(math::inverse(factor.own.M), k);
+    node.H = lane_matrix(factor.own.H, k);
+    node.X = (lane_matrix(factor.own.A, k) - node.H * node.X_linear * node.H.transpose()).inverse();
     return;
   }
-  const Eigen::Matrix3d gain = lane_matrix(gain_of(source), k);
-  const bool in_section = source.in_section && math::lane(source.sectional, k) > 0.0;
-  node.axes = in_section ? lane_matrix(source.axes, k) : Eigen::Matrix3d::Identity();
-  node.motion = in_section ? lane_matrix(motion_of(source), k) : Eigen::Matrix3d::Identity();
-  node.G = gain;
-  node.A = node.motion.transpose() * A * node.motion;
-  node.H = node.motion.transpose() * H;
-  node.X = (node.A + node.G).inverse();
+  node.axes = lane_matrix(factor.axes, k);
+  node.motion = lane_matrix(factor.motion, k);
+  node.A = lane_matrix(factor.A, k);
+  node.G = lane_matrix(factor.G, k);
+  node.X = lane_matrix(factor.X, k);
+  node.H = lane_matrix(factor.H, k);
 }
 
 template <class T>
@@ -59,12 +53,22 @@ void PathTree::clear() {
 void PathTree::renew() {
   factored_ = 0;
   blocks_.clear();
-  for (int k = 0; k < count_; ++k) nodes_[k].efforts.clear();
+  for (int k = 0; k < count_; ++k) {
+    nodes_[k].efforts.clear();
+    nodes_[k].factored = false;
+  }
 }
 
 template <class T>
 void PathTree::read_factors(const Plan<T>& plan, const std::vector<Node<T>>& nodes) {
-  for (; factored_ < count_; ++factored_) read_factor(plan, nodes, nodes_[factored_]);
+  for (; factored_ < count_; ++factored_) {
+    if (nodes_[factored_].factored) continue;
+    const int slot = nodes_[factored_].slot;
+    const SlotFactor<T> factor = factor_of(plan, nodes, slot);
+    for (int k = factored_; k < count_; ++k) {
+      if (nodes_[k].slot == slot) read_factor(plan.constants[slot], factor, nodes_[k]);
+    }
+  }
 }
 
 template <class T>
@@ -89,6 +93,7 @@ void PathTree::touch(const StepContext& context, const Plan<T>& plan, const std:
   node.r = math::lane(nodes[slot].r, lane);
   node.origin = root ? context.copies[copy].from[body].position : Eigen::Vector3d(at(parent).origin + node.r);
   node.efforts.clear();
+  node.factored = false;
 }
 
 void PathTree::begin(int rows) {

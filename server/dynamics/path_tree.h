@@ -45,6 +45,7 @@ struct PathNode {
   int parent;  ///< body
   int slot;
   int lane;
+  bool factored;  ///< the blocks of the factor are there, and:
   bool free;
   bool fixed;
   Eigen::Quaterniond rotation;  ///< R_WB
@@ -101,7 +102,7 @@ class PathTree {
 
   std::vector<PathNode> nodes_;  ///< the first count_ are in use: parents before children
   int count_{0};
-  int factored_{0};         ///< the first of these have their factors
+  int factored_{0};         ///< the first of these have their factors, others may
   std::vector<int> place_;  ///< of each body in nodes_, -1: untouched
   std::vector<Block> blocks_;
   std::vector<double> matrix_;

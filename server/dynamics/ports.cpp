@@ -48,7 +48,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
 
 /// How many of a block's rows, from the first on, are constraints as they act.
 int acting_rows(const ConstraintBlock& block) {
-  if (!block.active || block.impulse.isZero(0.0)) return 0;
+  if (block.impulse.isZero(0.0)) return 0;
   if (block.kind != Kind::kContact || block.rows == 1) return block.rows;
   const double most = block.laws[0].friction * block.impulse[0] * kAtBound;
   return block.impulse.tail<2>().norm() < most ? 3 : 1;

@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "layfigure/math/scrambled.h"
+
 namespace layfigure::scene {
 namespace {
 
@@ -80,19 +82,12 @@ Eigen::Vector3d in_body(const std::vector<BodyPose>& poses, int body, const Eige
   return poses[body].rotation.conjugate() * (point - poses[body].origin);
 }
 
-/// A permutation of the 64-bit numbers that leaves none near its neighbours (Steele, Lea & Flood 2014, SplitMix64).
-std::uint64_t scrambled(std::uint64_t x) {
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
 /// One name from the two shapes and the feature; that two points may share one only costs iterations.
 std::uint64_t key_of(const collision::ContactPoint& point) {
   std::uint64_t key = point.feature;
   // Features and shapes are both small numbers: scrambled first, so that they do not cancel.
-  for (const int shape : {point.shape_a, point.shape_b}) key = scrambled(key) ^ static_cast<std::uint64_t>(shape);
-  return scrambled(key);
+  for (const int shape : {point.shape_a, point.shape_b}) key = math::scrambled(key) ^ static_cast<std::uint64_t>(shape);
+  return math::scrambled(key);
 }
 
 /// With both points moved by `shift` [m], world.
