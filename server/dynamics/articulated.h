@@ -92,8 +92,8 @@ inline Articulated<T> select(const Mask& mask, const Articulated<T>& yes, const 
 
 /// The same with G and r in the axes of the joint's section, and in the sectional lanes the node's factor too, for
 /// parent angular velocities in section axes and linear ones in world axes. Torques go to the world by E = axes,
-/// velocities by D = motion = E^-T. The gain of the other lanes is a multiple of 1, the same in all axes, and they are
-/// eliminated as if they were alone.
+/// velocities by D = motion = E^-T. The gain of the other lanes is in world axes, and they are eliminated there, as if
+/// they were alone.
 template <class T>
 inline Articulated<T> eliminate_in_section(const Articulated<T>& own, const Sym3<T>& G, const Vec3<T>& residual,
                                            Node<T>& node) {

@@ -42,4 +42,14 @@ inline bool is_isotropic(const JointLaw& law) {
          same(axis_inverse_shape(law)) && shape.axes.coeffs() == Eigen::Quaterniond::Identity().coeffs();
 }
 
+// Gains that differ by no more than this between the axes are added to inertias in world axes: it costs two digits of
+// the smallest one.
+constexpr double kMildRatio = 100.0;
+
+/// The gains h (h K + D) of the axes are so, whatever h.
+inline bool is_mild(const JointLaw& law) {
+  const auto mild = [](const Eigen::Vector3d& v) { return v.maxCoeff() <= kMildRatio * v.minCoeff(); };
+  return mild(axis_stiffness(law)) && mild(axis_damping(law));
+}
+
 }  // namespace layfigure::dynamics

@@ -125,12 +125,27 @@ inline Sym3<T> diagonal(const Vec3<T>& d) {
 
 /// h dt/dw of the linearised laws in section axes: diag(h share a) - h curvature (a u) (a u)^T, and the drives'.
 template <class T>
-inline Sym3<T> gain_of(const Node<T>& node) {
+inline Sym3<T> gain_in_section(const Node<T>& node) {
   const Vec3<T>& a = node.law.gain;
   Sym3<T> G = diagonal(scaled(node.elastic ? a : times(node.linearized.share, a), node.h));
   if (!node.elastic) G += math::dyad(T(-(node.h * node.linearized.curvature)), times(a, node.linearized.u));
   if (node.driven) G += node.drive_gain;
   return G;
+}
+
+/// That of the elastic laws in world axes.
+template <class T>
+inline Sym3<T> gain_in_world(const Constants<T>& body, const Node<T>& node) {
+  const Vec3<T> gain = scaled(node.law.gain, node.h);
+  return math::select(body.anisotropic > T(0.0), congruent(node.axes, gain), diagonal(gain));
+}
+
+/// In the axes that each lane's joint is eliminated in.
+template <class T>
+inline Sym3<T> gain_of(const Constants<T>& body, const Node<T>& node) {
+  if (!node.in_section) return gain_in_world(body, node);
+  if (!node.mixed) return gain_in_section(node);
+  return math::select(node.sectional > T(0.0), gain_in_section(node), gain_in_world(body, node));
 }
 
 /// Inertia and momentum target of a slot's bodies with all that hangs on them; their children's joints have been
@@ -146,28 +161,31 @@ inline Articulated<T> articulated_of(const Plan<T>& plan, const std::vector<Node
 /// The lanes whose joints are eliminated in section axes: 1, elsewhere 0.
 template <class T>
 inline T sectional_lanes(const Constants<T>& body, const Node<T>& node) {
-  T lanes = body.anisotropic;
+  T lanes = body.sectional;
   if (!node.elastic) lanes = math::maximum(lanes, node.linearized.flowing);
   return node.driven ? math::maximum(lanes, node.drives) : lanes;
 }
 
-/// Eliminates a slot's joints from the leaves' side and passes the rest to their parents. Laws that differ between the
-/// axes are eliminated in the axes of the section, where a locked axis beside a loose one costs no digits.
+/// Eliminates a slot's joints from the leaves' side and passes the rest to their parents: in world axes, which turns
+/// nothing but the gain, or, where laws differ much between the axes, in those of the section, where a locked axis
+/// beside a loose one costs no digits.
 template <class T>
 inline void eliminate_joints(const Plan<T>& plan, std::vector<Node<T>>& nodes, int slot) {
+  const Constants<T>& body = plan.constants[slot];
   Node<T>& node = nodes[slot];
   const Articulated<T> own = articulated_of(plan, nodes, slot);
-  if (plan.constants[slot].roots) node.root = own;
+  if (body.roots) node.root = own;
   Vec3<T> residual = scaled(linearized_torque(node, node.elastic_torque), -node.h);
   if (node.driven) residual += node.drive_residual;
-  node.in_section = node.driven || !(node.elastic && plan.constants[slot].isotropic);
+  node.in_section = node.driven || !node.elastic || body.uneven;
   node.mixed = false;
   if (node.in_section) {
-    node.sectional = sectional_lanes(plan.constants[slot], node);
+    node.sectional = sectional_lanes(body, node);
     node.mixed = !math::all(node.sectional > T(0.0));
   }
-  const auto up = node.in_section ? eliminate_in_section(own, gain_of(node), residual, node)
-                                  : eliminate(own, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node);
+  const auto up = node.in_section  ? eliminate_in_section(own, gain_of(body, node), residual, node)
+                  : body.isotropic ? eliminate(own, Isotropic<T>{node.h * node.law.gain.x}, node.axes * residual, node)
+                                   : eliminate(own, gain_in_world(body, node), node.axes * residual, node);
   pass_to_parents(plan, slot, shifted(up, node.r), node);
 }
 

@@ -12,8 +12,13 @@ inline SlotFactor<T> factor_of_slot(const Plan<T>& plan, const std::vector<Node<
   const T one(1.0), zero(0.0);
   const Mat3<T> identity{one, zero, zero, zero, one, zero, zero, zero, one};
   const Articulated<T> own = articulated_of(plan, nodes, slot);
-  SlotFactor<T> factor{
-      .own = own, .axes = identity, .motion = identity, .A = own.A, .G = gain_of(node), .X = {}, .H = own.H};
+  SlotFactor<T> factor{.own = own,
+                       .axes = identity,
+                       .motion = identity,
+                       .A = own.A,
+                       .G = gain_of(plan.constants[slot], node),
+                       .X = {},
+                       .H = own.H};
   if (node.in_section) {
     const auto sectional = node.sectional > T(0.0);
     factor.axes = math::select(sectional, node.axes, identity);

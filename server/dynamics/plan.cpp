@@ -31,8 +31,10 @@ void set_joint(const JointLaw& law, int k, Constants<T>& constants) {
   math::set_lane(constants.yield, k, law.yield_torque);
   math::set_lane(constants.hardening, k, law.hardening);
   math::set_lane(constants.anisotropic, k, is_isotropic(law) ? 0.0 : 1.0);
+  math::set_lane(constants.sectional, k, is_mild(law) ? 0.0 : 1.0);
   constants.flows = constants.flows || std::isfinite(law.yield_torque);
   constants.isotropic = constants.isotropic && is_isotropic(law);
+  constants.uneven = constants.uneven || !is_mild(law);
 }
 
 template <class T>
@@ -61,13 +63,17 @@ void arrange(const Model& model, const RigidGroups& groups, const Levers& levers
   for (int slot = 0; slot < plan.schedule.size(); ++slot) {
     Constants<T>& constants = plan.constants[slot];
     constants.mounted = constants.based = constants.roots = constants.flows = constants.limited = false;
+    constants.uneven = false;
     constants.isotropic = true;
     for (int k = 0; k < plan.schedule.lanes(); ++k) {
       const Task& task = plan.schedule.tasks(slot)[k];
       const bool none = task.idle;
       set_body(none ? idle : groups.group(task.body), none ? unjointed : model.body(task.body),
                none ? RootKind::kBall : model.root(), k, constants);
-      if (none) math::set_lane(constants.anisotropic, k, 1.0);  // so that it never makes a slot mixed
+      if (none) {  // so that it never makes a slot mixed
+        math::set_lane(constants.anisotropic, k, 1.0);
+        math::set_lane(constants.sectional, k, 1.0);
+      }
       constants.based = constants.based || (!none && task.parent_slot == plan.schedule.size());
       math::set_lane(constants.reported, k, !none && task.copy + 1 == plan.schedule.copies() ? 1.0 : 0.0);
     }

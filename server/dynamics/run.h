@@ -28,6 +28,7 @@ struct alignas(64) Constants {
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits
   bool isotropic;  ///< every lane's law is the same in all directions
+  bool uneven;     ///< some lane's law is not even mildly so (axis_law.h)
   T mass;
   T reported;      ///< 1 for bodies of the last copy, whose work a step reports, 0 elsewhere
   Vec3<T> anchor;  ///< in the frame of what carries the joint's own parent
@@ -45,6 +46,7 @@ struct alignas(64) Constants {
   T hardening;
   T unlimited;      ///< infinite where the joint has no limits, 0 elsewhere
   T anisotropic;    ///< 1 where the joint's law differs between the axes, and in idle lanes, 0 elsewhere
+  T sectional;      ///< 1 where it does so more than mildly, and in idle lanes, 0 elsewhere
   T free;           ///< 1 for a root that no joint holds
   T fixed;          ///< 1 for a root that is welded to the world
   Quat<T> section;  ///< R_BS

@@ -68,5 +68,21 @@ TEST(DenseSolve, StiffAndLooseJointsMixed_Agree) {
   expect_dense_agreement(model, moving_state(model, 3), 1e-9);
 }
 
+TEST(DenseSolve, JointsMildlyAndVeryAnisotropicMixed_Agree) {
+  testing::Scene scene =
+      testing::load_scene(std::string(LAYFIGURE_TEST_DATA) + "/scenes/doll-52.json");  // packs joints side by side
+  for (std::size_t i = 0; i < scene.definition.bodies.size(); ++i) {
+    JointLaw& joint = scene.definition.bodies[i].joint;
+    if (i % 3 == 0) continue;  // isotropic
+    joint.shape.stiffness = i % 3 == 1 ? Eigen::Vector3d(1.0, 0.2, 0.02) : Eigen::Vector3d(1.0, 1e4, 0.0);
+    joint.shape.damping = i % 3 == 1 ? Eigen::Vector3d(0.1, 1.0, 0.3) : Eigen::Vector3d(1.0, 30.0, 0.5);
+    joint.shape.axes = math::exp_rotation(Eigen::Vector3d(0.3, -1.1, 0.02 * static_cast<double>(i)));
+  }
+  const Model model(scene.definition);
+  State state = moving_state(model, 5);
+  for (BodyState& body : state.bodies) body.rest_rotation = body.rotation;
+  expect_dense_agreement(model, state, 1e-10);
+}
+
 }  // namespace
 }  // namespace layfigure::dynamics

@@ -52,8 +52,11 @@ DenseStep dense_step(const Model& model, const State& state, double h) {
     if (body.parent < 0 && model.root() == RootKind::kFree) continue;
     const JointLaw& law = body.joint;
     const auto strain = math::log_rotation(state.bodies[i].rest_rotation.conjugate() * state.bodies[i].rotation);
-    G.block<3, 3>(3 * i, 3 * i) = h * (h * law.stiffness + law.damping) * Eigen::Matrix3d::Identity();
-    elastic.segment<3>(3 * i) = -h * law.stiffness * strain;
+    const Eigen::Matrix3d S = law.shape.axes.toRotationMatrix();
+    const Eigen::Matrix3d K = S * (law.stiffness * law.shape.stiffness).asDiagonal() * S.transpose();
+    const Eigen::Matrix3d D = S * (law.damping * law.shape.damping).asDiagonal() * S.transpose();
+    G.block<3, 3>(3 * i, 3 * i) = h * (h * K + D);
+    elastic.segment<3>(3 * i) = -h * K * strain;
   }
   dense.matrix = J.transpose() * M * J + G;
   dense.right = J.transpose() * P + elastic;

@@ -22,7 +22,8 @@ struct DenseStep {
   std::vector<dynamics::BodyPose> poses;
 };
 
-/// The step of elastic, isotropic joints without loads, limits and contacts; the root a ball joint or free. O(n^3).
+/// The step of elastic joints, isotropic where they are strained, without loads, limits and contacts; the root a ball
+/// joint or free. O(n^3).
 [[nodiscard]] DenseStep dense_step(const dynamics::Model& model, const dynamics::State& state, double h);
 
 }  // namespace layfigure::testing

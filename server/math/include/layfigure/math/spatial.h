@@ -147,6 +147,15 @@ inline Sym3<T> congruent(const Mat3<T>& E, const Sym3<T>& m) {
           Em.xx * E.zx + Em.xy * E.zy + Em.xz * E.zz, Em.yx * E.yx + Em.yy * E.yy + Em.yz * E.yz,
           Em.yx * E.zx + Em.yy * E.zy + Em.yz * E.zz, Em.zx * E.zx + Em.zy * E.zy + Em.zz * E.zz};
 }
+/// E diag(d) E^T
+template <class T>
+inline Sym3<T> congruent(const Mat3<T>& E, const Vec3<T>& d) {
+  const T xx = E.xx * d.x, xy = E.xy * d.y, xz = E.xz * d.z;
+  const T yx = E.yx * d.x, yy = E.yy * d.y, yz = E.yz * d.z;
+  const T zx = E.zx * d.x, zy = E.zy * d.y, zz = E.zz * d.z;
+  return {xx * E.xx + xy * E.xy + xz * E.xz, xx * E.yx + xy * E.yy + xz * E.yz, xx * E.zx + xy * E.zy + xz * E.zz,
+          yx * E.yx + yy * E.yy + yz * E.yz, yx * E.zx + yy * E.zy + yz * E.zz, zx * E.zx + zy * E.zy + zz * E.zz};
+}
 /// s n n^T
 template <class T>
 inline Sym3<T> dyad(const T& s, const Vec3<T>& n) {
