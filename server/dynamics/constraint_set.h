@@ -25,7 +25,8 @@ class ConstraintSet {
 
   /// No rows.
   void clear();
-  /// A sub-step begins: makes the contacts' and the ties' rows, with the configuration as the nodes have it.
+  /// A sub-step begins: makes the rows of the ties and of the contacts that acted last, and watches the other contacts,
+  /// with the configuration as the nodes have it.
   template <class T>
   void gather(const StepContext& context, const Plan<T>& plan, const std::vector<Node<T>>& nodes, int copy);
   /// The joints have been eliminated anew: nothing is applied to the new factors yet.

@@ -25,9 +25,13 @@ inline Eigen::Matrix3d inertia_matrix(const PrincipalInertia& inertia) {
   return inertia.axes * inertia.moments.asDiagonal() * inertia.axes.transpose();
 }
 
-/// I^-1 momentum, in the body's axes.
+/// I^-1 momentum of one in the body's axes: in the principal axes ...
+inline Eigen::Vector3d principal_spin_of(const PrincipalInertia& inertia, const Eigen::Vector3d& momentum) {
+  return (inertia.axes.transpose() * momentum).cwiseQuotient(inertia.moments);
+}
+/// ... and in the body's.
 inline Eigen::Vector3d spin_of(const PrincipalInertia& inertia, const Eigen::Vector3d& momentum) {
-  return inertia.axes * (inertia.axes.transpose() * momentum).cwiseQuotient(inertia.moments);
+  return inertia.axes * principal_spin_of(inertia, momentum);
 }
 
 }  // namespace layfigure::dynamics

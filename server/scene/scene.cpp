@@ -134,7 +134,7 @@ struct Scene::Data {
   dynamics::Model model;
   dynamics::Workspace workspace;
   std::vector<BodyPose> poses;
-  std::vector<dynamics::BodyVelocity> velocities;
+  std::vector<dynamics::BodySpeed> speeds;
   std::vector<collision::Pose> X_WB;
   std::vector<double> reach;
   std::vector<dynamics::Contact> contacts;
@@ -154,13 +154,13 @@ void Scene::Data::place() {
 /// falling for as long.
 void Scene::Data::move(dynamics::State& state, double h) {
   world_poses(model, state, poses);
-  world_velocities(model, state, workspace, poses, velocities);
+  world_speeds(model, state, workspace, poses, speeds);
   place();
   reach.resize(poses.size());
   const double fall = h * h * model.gravity().norm();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (radii[i] == 0.0) continue;
-    reach[i] = h * (velocities[i].linear.norm() + velocities[i].angular.norm() * radii[i]) + fall;
+    reach[i] = h * (speeds[i].linear + speeds[i].angular * radii[i]) + fall;
   }
 }
 

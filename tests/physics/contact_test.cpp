@@ -1,10 +1,12 @@
 // Contacts in the step: resting, sliding, friction's cone, impacts, trees that touch.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "constrained_scene.h"
+#include "same_bits.h"
 
 namespace layfigure::testing {
 namespace {
@@ -71,6 +73,49 @@ TEST(Contact, FallingBlock_EndsItsFallOnTheFloor) {
     EXPECT_NEAR(state.bodies[0].position.z(), 0.0, 1e-12);
     EXPECT_LE(state.bodies[0].linear_momentum.norm(), kComplementarity);
   }
+}
+
+TEST(Contact, ThatDoesNotAct_ChangesNoBitAndHasNoRows) {
+  const Model model(block(1.0, {0.1, 0.2, 0.1}, {0.0, 0.0, -kG}));
+  for (const int order : {1, 4}) {
+    State with = initial_state(model);
+    with.bodies[0].position.z() = 0.5;
+    with.bodies[0].angular_momentum = {0.01, -0.02, 0.03};
+    State without = with;
+    Workspace workspace(model);
+    const auto contacts = corner_contacts({0.1, 0.2, 0.1}, 0.5);
+    for (int n = 0; n < 100; ++n) {
+      const auto report = step(model, with, workspace, {.contacts = contacts}, {.step = 1e-3, .order = order});
+      ASSERT_EQ(report.constraints.rows, 0);
+      ASSERT_EQ(step(model, without, workspace, {}, {.step = 1e-3, .order = order}).status, StepStatus::kOk);
+      ASSERT_EQ(first_difference(with, without), "") << "order " << order << ", step " << n;
+    }
+  }
+}
+
+/// A plate that comes down on one corner, which makes it turn: only then does the opposite one reach its own floor.
+TEST(Contact, ThatAnImpulseBringsAbout_IsSolvedInTheSameStep) {
+  const double h = 0.01;
+  const double speed = 0.4;
+  const std::array<double, 4> gaps{0.0, 3.5e-3, 3.5e-3, 6e-3};
+  const Model model(block(1.0, {0.1, 0.1, 0.01}, {0.0, 0.0, 0.0}));
+  State state = initial_state(model);
+  state.bodies[0].linear_momentum.z() = -speed;
+  auto contacts = corner_contacts({0.1, 0.1, 0.01}, 0.0);
+  for (int k = 0; k < 4; ++k) contacts[k].point_b.z() = -gaps[k];
+  ASSERT_GT(gaps[3], speed * h);
+  Workspace workspace(model);
+  const auto report = step(model, state, workspace, {.contacts = contacts}, {.step = h});
+  EXPECT_EQ(report.constraints.unsolved, 0);
+  EXPECT_EQ(report.constraints.rows, 4);
+  EXPECT_EQ(report.constraints.acting, 2);
+  EXPECT_GT(workspace.contact_force(0).z(), 0.0);
+  EXPECT_GT(workspace.contact_force(3).z(), 0.0);
+  // The corners' velocities: they end on their floors.
+  const Eigen::Vector3d v = state.bodies[0].linear_momentum;
+  const Eigen::Vector3d w = model.body(0).inertia.ldlt().solve(state.bodies[0].angular_momentum);
+  EXPECT_NEAR((v + w.cross(contacts[0].point_a)).z(), 0.0, kComplementarity);
+  EXPECT_NEAR((v + w.cross(contacts[3].point_a)).z(), -gaps[3] / h, kComplementarity);
 }
 
 /// The forces that the constraints exerted, given as loads to a step without them, must make the same step.

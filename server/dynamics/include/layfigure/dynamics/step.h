@@ -170,6 +170,16 @@ struct BodyVelocity {
 void world_velocities(const Model& model, State& state, Workspace& workspace, const std::vector<BodyPose>& poses,
                       std::vector<BodyVelocity>& velocities);
 
+/// Norms of a body's velocities.
+struct BodySpeed {
+  double angular;  ///< [rad/s]
+  double linear;   ///< of its com [m/s]
+};
+
+/// The norms alone, for half of the time.
+void world_speeds(const Model& model, State& state, Workspace& workspace, const std::vector<BodyPose>& poses,
+                  std::vector<BodySpeed>& speeds);
+
 /// Advances `state` by options.step.
 ///
 /// Order 1 is the base step, an implicit Euler step by momentum projection: with the configuration q[n] and the bodies'
