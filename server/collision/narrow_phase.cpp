@@ -257,7 +257,7 @@ bool keep_edges(const Activity& activity, NarrowScratch& scratch, Manifold& mani
   const EdgeSeparation edges = separation_of(cores, manifold.edges, manifold.points[0].normal);
   if (report_if_apart(edges.normal, edges.separation, activity, cores, manifold)) return true;
   if (edges.distance > edges.separation + hysteresis) return false;
-  if (some_face_about(cores, manifold.edges, edges.separation - hysteresis)) return false;
+  if (some_face_about(cores, edges, edges.separation - hysteresis)) return false;
   touch_at_edges(edges, activity, scratch, manifold);
   return true;
 }

@@ -35,6 +35,12 @@ Segment segment_of(const PlacedCore& core, const Edge& edge) {
   return {core.vertices[edge.first], core.vertices[edge.second]};
 }
 
+/// A point in the frame of the body that carries the core.
+Vector3d in_own_frame(const PlacedCore& core, const Vector3d& p) { return core.R.transpose() * (p - core.p); }
+
+/// Of a point in the core's own frame.
+double height_over(const Face& face, const Vector3d& p) { return face.normal.dot(p) - face.offset; }
+
 /// The edges with a vertex near the core's extreme one along `outward`.
 void gather_edges(const PlacedCore& core, const Vector3d& outward, double slack, std::vector<Edge>& edges) {
   edges.clear();
@@ -171,17 +177,15 @@ FaceSeparation largest_face_separation(const Cores& cores, const FaceSeparation&
   for (const int side : {0, 1}) {
     const PlacedCore& own = cores[side];
     const PlacedCore& other = cores[1 - side];
-    const auto in_own = [&own](const Vector3d& p) { return Vector3d(own.R.transpose() * (p - own.p)); };
     // The other core is no higher above any face than one of its points.
-    Vector3d low = in_own(preferred.face.side == side ? other.vertices[preferred.support] : other.center());
+    Vector3d low = in_own_frame(own, preferred.face.side == side ? other.vertices[preferred.support] : other.center());
     for (int face = 0; face < static_cast<int>(own.core->faces.size()); ++face) {
       if (best.separation > reach) return best;
       const bool keeps = best.face.side >= 0 && best.face == preferred.face;
       const double least = best.separation + (keeps ? hysteresis : 0.0);
-      const Face& candidate = own.core->faces[face];
-      if (candidate.normal.dot(low) - candidate.offset <= least) continue;
+      if (height_over(own.core->faces[face], low) <= least) continue;
       const FaceSeparation found = separation_of(cores, side, face);
-      low = in_own(other.vertices[found.support]);
+      low = in_own_frame(own, other.vertices[found.support]);
       if (found.separation > least) best = found;
     }
   }
@@ -192,17 +196,14 @@ bool tries_all_edges(const Cores& cores) {
   return cores[0].core->edges.size() * cores[1].core->edges.size() <= kAllPairs;
 }
 
-bool some_face_about(const Cores& cores, const EdgePair& edges, double least) {
-  const ClosestPoints points = closest_points(segment_of(cores[0], edges[0]), segment_of(cores[1], edges[1]));
+bool some_face_about(const Cores& cores, const EdgeSeparation& edges, double least) {
   for (const int side : {0, 1}) {
     const PlacedCore& own = cores[side];
-    const Vector3d low = own.R.transpose() * ((side == 0 ? points.b : points.a) - own.p);
+    const Vector3d low = in_own_frame(own, side == 0 ? edges.points.b : edges.points.a);
     const auto parts = [&](int face) {
-      const Face& candidate = own.core->faces[face];
-      return candidate.normal.dot(low) - candidate.offset > least &&
-             separation_of(cores, side, face).separation > least;
+      return height_over(own.core->faces[face], low) > least && separation_of(cores, side, face).separation > least;
     };
-    for (const int vertex : {edges[side].first, edges[side].second}) {
+    for (const int vertex : {edges.edges[side].first, edges.edges[side].second}) {
       if (std::ranges::any_of(own.core->vertex_faces[vertex], parts)) return true;
     }
   }
@@ -212,7 +213,7 @@ bool some_face_about(const Cores& cores, const EdgePair& edges, double least) {
 EdgeSeparation separation_of(const Cores& cores, const EdgePair& edges, const Vector3d& direction) {
   const Segment a = segment_of(cores[0], edges[0]), b = segment_of(cores[1], edges[1]);
   const ClosestPoints points = closest_points(a, b);
-  EdgeSeparation result{.distance = (points.a - points.b).norm(), .edges = edges};
+  EdgeSeparation result{.distance = (points.a - points.b).norm(), .points = points, .edges = edges};
   const Vector3d u = a.end - a.start, v = b.end - b.start;
   const bool touch = result.distance <= proof_tolerance(cores, result.distance);
   const Vector3d n = touch ? Vector3d(u.cross(v)) : Vector3d(points.a - points.b);

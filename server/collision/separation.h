@@ -45,6 +45,7 @@ struct FaceSeparation {
 struct EdgeSeparation {
   double separation{-std::numeric_limits<double>::infinity()};  ///< along the normal
   double distance{std::numeric_limits<double>::infinity()};     ///< of the edges, if known: none parts them by more
+  ClosestPoints points{};                                       ///< of the edges, if it is
   Eigen::Vector3d normal{Eigen::Vector3d::Zero()};              ///< unit, from b to a
   EdgePair edges{};
 };
@@ -55,8 +56,9 @@ struct EdgeSeparation {
 [[nodiscard]] EdgeSeparation separation_of(const std::array<PlacedCore, 2>& cores, const EdgePair& edges,
                                            const Eigen::Vector3d& direction);
 
-/// Whether a face about the ends of the two edges parts the cores by more than `least`. O(1) where none does.
-[[nodiscard]] bool some_face_about(const std::array<PlacedCore, 2>& cores, const EdgePair& edges, double least);
+/// Whether a face about the ends of the two edges, whose closest points are known, parts the cores by more than
+/// `least`. O(1) where none does.
+[[nodiscard]] bool some_face_about(const std::array<PlacedCore, 2>& cores, const EdgeSeparation& edges, double least);
 
 /// The largest separation along the directions between two edges: of their closest points, or, where the cores touch
 /// or overlap, square to both. `direction`, unit, points from b to a; where there are many edges it should be about

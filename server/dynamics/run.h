@@ -28,7 +28,7 @@ struct alignas(64) Constants {
   bool flows;      ///< some lane has a joint with a finite yield torque
   bool limited;    ///< some lane's joint has limits
   bool isotropic;  ///< every lane's law is the same in all directions
-  bool uneven;     ///< some lane's law is not even mildly so (axis_law.h)
+  bool uneven;     ///< some lane's law differs more than mildly between the axes (axis_law.h)
   T mass;
   T reported;      ///< 1 for bodies of the last copy, whose work a step reports, 0 elsewhere
   Vec3<T> anchor;  ///< in the frame of what carries the joint's own parent
